@@ -1,0 +1,70 @@
+"""The pinhole camera of `bakery.geometry` and its Jacobian."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from bakery.geometry import rotation
+
+
+def to_camera(points, camera):
+    """Head space [..., 3] mm to camera space [..., 3] mm."""
+    return points @ rotation.matrix(camera.rotation).T + camera.translation
+
+
+def project_camera(points, camera):
+    """Camera space [..., 3] mm to pixels [..., 2]."""
+    scale = camera.focal / -points[..., 2]
+    return np.stack(
+        [camera.center[0] + points[..., 0] * scale, camera.center[1] - points[..., 1] * scale], -1
+    )
+
+
+def project(points, camera):
+    """Head space [..., 3] mm to pixels [..., 2]."""
+    return project_camera(to_camera(points, camera), camera)
+
+
+def projection_jacobian(points, camera):
+    """Derivative [..., 2, 3] of the pixels by the camera-space points [..., 3]."""
+    inverse = 1 / -points[..., 2]
+    out = np.zeros(points.shape[:-1] + (2, 3), points.dtype)
+    out[..., 0, 0] = camera.focal * inverse
+    out[..., 0, 2] = camera.focal * points[..., 0] * inverse**2
+    out[..., 1, 1] = -camera.focal * inverse
+    out[..., 1, 2] = -camera.focal * points[..., 1] * inverse**2
+    return out
+
+
+def position(camera):
+    """Where the camera stands in head space, [3] mm."""
+    return -rotation.matrix(camera.rotation).T @ camera.translation
+
+
+def crop(camera, x, y, width, height, scale):
+    """The camera of a picture cut at (x, y) from this camera's and then scaled.
+
+    Args:
+        x, y: pixels of this camera, top left corner of the cut; may lie outside.
+        width, height: pixels of the new picture.
+        scale: new pixels per old pixel.
+    """
+    return replace(
+        camera,
+        focal=camera.focal * scale,
+        center=(np.asarray(camera.center, float) - [x, y]) * scale,
+        width=int(width),
+        height=int(height),
+    )
+
+
+def view(camera, yaw, pitch=0.0, pivot=(0.0, 0.0, 0.0)):
+    """This camera with the head turned to face (yaw, pitch) degrees, relative to its frontal view.
+
+    The head keeps its distance and its place in the picture: `pivot` (head space, mm) stays where
+    it is. yaw > 0 turns the face to the subject's left.
+    """
+    pivot = np.asarray(pivot, float)
+    where = to_camera(pivot, camera)
+    turn = rotation.yaw_pitch(yaw, pitch)
+    return replace(camera, rotation=rotation.vector(turn), translation=where - turn @ pivot)

@@ -1,0 +1,23 @@
+"""sRGB transfer and luma."""
+
+import numpy as np
+
+LUMA = np.array([0.2126, 0.7152, 0.0722], np.float32)  # Rec.709
+
+
+def to_linear(encoded):
+    """sRGB-encoded 0..1 to scene-linear, float32 (IEC 61966-2-1)."""
+    encoded = np.asarray(encoded, np.float32)
+    return np.where(
+        encoded <= 0.04045, encoded / 12.92, ((np.maximum(encoded, 0.04045) + 0.055) / 1.055) ** 2.4
+    ).astype(np.float32)
+
+
+def to_encoded(linear):
+    """Scene-linear to sRGB-encoded, clipped to 0..1, float32."""
+    linear = np.clip(np.asarray(linear, np.float32), 0, 1)
+    return np.where(
+        linear <= 0.0031308,
+        linear * 12.92,
+        1.055 * np.maximum(linear, 0.0031308) ** (1 / 2.4) - 0.055,
+    ).astype(np.float32)

@@ -1,0 +1,148 @@
+"""What a head model is: data, not code. `bakery.heads.file` reads and writes it."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from bakery.geometry import rotation
+from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
+
+# Every face belongs to one part. A head model may lack parts, but not skin and eyes.
+PARTS = (
+    "skin",
+    "eye_socket",  # inside of the lids, behind the opening
+    "mouth_cavity",  # inner lips, cheeks, palate
+    "eye_left",
+    "eye_right",
+    "teeth_upper",
+    "teeth_lower",
+    "gums_upper",
+    "gums_lower",
+    "tongue",
+    "lashes",  # alpha cards
+    "tear",  # alpha shells: lacrimal fluid, occlusion, blend
+    "mouth_sheet",  # image carrier: spans the inner lip contour
+    "eye_cap_left",  # image carrier: sphere cap in front of the eyeball, behind the lids
+    "eye_cap_right",
+)
+CARRIERS = ("mouth_sheet", "eye_cap_left", "eye_cap_right")  # what the runtime shows
+INTERIOR = (  # what the generator's conditions show instead
+    "eye_socket mouth_cavity eye_left eye_right teeth_upper teeth_lower gums_upper gums_lower tongue"
+).split()
+FOLLOW = ("skin", "skull", "jaw", "eye_left", "eye_right")  # what a vertex moves with
+EYES = ("left", "right")  # order of every per-eye array: the subject's left first
+
+# Degrees of eyeball rotation at weight 1 of eyeLookIn/Out and eyeLookUp/Down.
+GAZE_YAW, GAZE_PITCH = 30.0, 25.0
+
+
+@dataclass(frozen=True)
+class HeadModel:
+    """A linear 3D morphable head: one topology, one atlas, 52 expressions, any number of modes."""
+
+    name: str
+    licence: str  # SPDX id, or the licence in a few words
+    source: str
+    mean: np.ndarray  # [V, 3] float32 mm
+    faces: np.ndarray  # [F, 3] int32 into mean, counter-clockwise seen from outside
+    uv: np.ndarray  # [U, 2] float32 0..1, origin top left, no overlaps
+    uv_faces: np.ndarray  # [F, 3] int32 into uv
+    face_part: np.ndarray  # [F] uint8 into PARTS
+    follow: np.ndarray  # [V] uint8 into FOLLOW
+    identity_basis: np.ndarray  # [I, V, 3] float32 mm for one standard deviation
+    expression_basis: np.ndarray  # [E, V, 3] float32 mm at weight 1, in the order of EXPRESSIONS
+    landmark_faces: np.ndarray  # [L] int32: the face each landmark lies on
+    landmark_barycentric: np.ndarray  # [L, 3] float32 where on it
+    uv_rectangles: dict = field(default_factory=dict)  # carrier -> [left, top, width, height] 0..1
+
+    def part_faces(self, *names):
+        """Indices of the faces that belong to the named parts."""
+        return np.flatnonzero(np.isin(self.face_part, [PARTS.index(name) for name in names]))
+
+    def part_vertices(self, *names):
+        """Indices of the vertices that the named parts use."""
+        return np.unique(self.faces[self.part_faces(*names)])
+
+    @cached_property
+    def vertex_uv(self):
+        """Index [V] of one uv point of each vertex (a seam vertex has several)."""
+        out = np.zeros(len(self.mean), np.int32)
+        out[self.faces.ravel()] = self.uv_faces.ravel()
+        return out
+
+    @cached_property
+    def landmark_vertices(self):
+        """The three vertices [L, 3] around each landmark."""
+        return self.faces[self.landmark_faces]
+
+    def landmarks(self, vertices):
+        """Landmark positions [L, 3] on a shape [V, 3]."""
+        return np.einsum("lkc,lk->lc", vertices[self.landmark_vertices], self.landmark_barycentric)
+
+    def neutral(self, identity, offsets=None):
+        """The neutral shape [V, 3] mm of identity [<= I], moved by offsets [V, 3] mm if given."""
+        identity = np.asarray(identity, np.float32)
+        modes = self.identity_basis[: len(identity)].reshape(len(identity), -1)
+        shape = self.mean + (identity @ modes).reshape(-1, 3)
+        return shape if offsets is None else shape + np.asarray(offsets, np.float32)
+
+    def eye_centers(self, neutral):
+        """Centres [2, 3] of the eyeballs (left, right) of a neutral shape."""
+        return np.stack(
+            [neutral[self.follow == FOLLOW.index("eye_" + eye)].mean(0) for eye in EYES]
+        )
+
+    def vertices(self, neutral, expression, gaze=None):
+        """Deform a neutral shape.
+
+        Args:
+            neutral: [V, 3] mm, from `neutral`.
+            expression: [E] weights.
+            gaze: [2] degrees (yaw to the subject's left, pitch up) turns both eyeballs rigidly and
+                takes the place of what the eyeLook* weights do to the eyeballs (lids follow the
+                weights all the same); None derives it from those weights.
+
+        Returns:
+            [V, 3] mm.
+        """
+        expression = np.asarray(expression, np.float32)
+        used = np.flatnonzero(expression)
+        basis = self.expression_basis[used].reshape(len(used), -1)
+        out = neutral + (expression[used] @ basis).reshape(-1, 3).astype(neutral.dtype)
+        pair = gaze_of(expression) if gaze is None else np.array([gaze, gaze], float)
+        for eye, center, (yaw, pitch) in zip(EYES, self.eye_centers(neutral), pair):
+            ball = self.follow == FOLLOW.index("eye_" + eye)
+            out[ball] = (neutral[ball] - center) @ rotation.yaw_pitch(yaw, pitch).T + center
+        return out
+
+
+def gaze_of(expression):
+    """Gaze of both eyes [2 (left, right), 2 (yaw, pitch)] degrees that the eyeLook* weights mean."""
+    weight = {name: expression[index] for name, index in EXPRESSION_INDEX.items()}
+    out = np.zeros((2, 2))
+    for row, eye in enumerate(("Left", "Right")):
+        outward = weight["eyeLookOut" + eye] - weight["eyeLookIn" + eye]
+        out[row, 0] = GAZE_YAW * outward * (1 if eye == "Left" else -1)
+        out[row, 1] = GAZE_PITCH * (weight["eyeLookUp" + eye] - weight["eyeLookDown" + eye])
+    return out
+
+
+def look(expression, gaze):
+    """Expression [E] with its eyeLook* weights set to gaze [2] degrees (yaw, pitch), clipped to 1."""
+    out = np.array(expression, np.float32)
+    yaw, pitch = gaze[0] / GAZE_YAW, gaze[1] / GAZE_PITCH
+    for eye, side in (("Left", 1), ("Right", -1)):
+        out[EXPRESSION_INDEX["eyeLookOut" + eye]] = np.clip(side * yaw, 0, 1)
+        out[EXPRESSION_INDEX["eyeLookIn" + eye]] = np.clip(-side * yaw, 0, 1)
+        out[EXPRESSION_INDEX["eyeLookUp" + eye]] = np.clip(pitch, 0, 1)
+        out[EXPRESSION_INDEX["eyeLookDown" + eye]] = np.clip(-pitch, 0, 1)
+    return out
+
+
+def weights(named):
+    """Expression array [E] from a mapping of ARKit names to weights."""
+    out = np.zeros(len(EXPRESSIONS), np.float32)
+    for name, value in named.items():
+        out[EXPRESSION_INDEX[name]] = value
+    return out
