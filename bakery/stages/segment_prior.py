@@ -1,0 +1,176 @@
+"""Where skin, hair and clothes lie around a face, before any colour is looked at.
+
+Everything is measured in the *face frame*: the photo turned upright and scaled so that the geometric
+mean of the face's width and height is `FACE` pixels, with the middle of the face at `CENTER`.
+A place in it has an angle from the top of the head, 0..180 degrees to either side, and a radius in
+units of the face contour at that angle: 1 is on the contour, 2 twice as far out.
+"""
+
+from functools import lru_cache
+
+import cv2
+import numpy as np
+
+SIZE = 400  # rows and columns of the face frame
+FACE = 140.0  # pixels, geometric mean of face width and height in the face frame
+CENTER = (200.0, 190.0)  # column and row of the middle of the face contour
+
+# Points of the public 478-point order; the contours run around.
+FACE_CONTOUR = (
+    10, 338, 297, 332, 284, 251, 389, 356, 454, 323, 361, 288, 397, 365, 379, 378, 400, 377,
+    152, 148, 176, 149, 150, 136, 172, 58, 132, 93, 234, 127, 162, 21, 54, 103, 67, 109,
+)  # fmt: skip
+RIGHT_EYE = (33, 7, 163, 144, 145, 153, 154, 155, 133, 173, 157, 158, 159, 160, 161, 246)
+LEFT_EYE = (263, 249, 390, 373, 374, 380, 381, 382, 362, 398, 384, 385, 386, 387, 388, 466)
+RIGHT_BROW = (70, 63, 105, 66, 107, 55, 65, 52, 53, 46)
+LEFT_BROW = (300, 293, 334, 296, 336, 285, 295, 282, 283, 276)
+LIPS = (61, 146, 91, 181, 84, 17, 314, 405, 321, 375, 291, 409, 270, 269, 267, 0, 37, 39, 40, 185)
+INNER_LIPS = (
+    78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308, 415, 310, 311, 312, 13, 82, 81, 80, 191,
+)  # fmt: skip
+
+RADII = (*np.arange(16) / 10, 1.6, 1.8, 2.0, 2.3, 2.7)  # of the tables' rows
+DIGITS = "0123456789abcdefghijklmnopqrstuvwxyz"  # probability 0 to 1 in steps of 1/35
+
+# Shares of each class among the people of a training set, averaged over left and right. Rows are
+# `RADII`, columns angles from the top of the head (0) to the chin (180) in steps of 7.5 degrees.
+# What is missing to one is background.
+_SKIN = """
+    zzzzzzzzzzzzzzzzzzzzzzzzz
+    zzzzzzzzzzzzzzzzzzzzzzzzz
+    zzzzzzzzzzzzzzzzzzzzzzzzz
+    zzzzzzzzzzzzzzzzzzzzzzzzz
+    zzzzzzzzzzzzzzzzzzzzzzzzz
+    zzzzzzzzzzzzzzzzzzzzzzzzz
+    zzzzzzzzzzzzzzzzzzzzzzzzz
+    zzzzzzzzzzzzzzzzzzzzzzzzz
+    zzzzzzyxxxyyyyyyzzzzzzzzz
+    yzzzywtrqqsuvvuuwyyzzzzzz
+    yyyxvpjedeinppnmqtvxyzzzz
+    xwwtof8446cikjfdhkouxzzzz
+    rrple721138bca76adhpvyzzz
+    ggea62100134432357birwyyy
+    55531000001110012249ktvvv
+    11110000000000000016gquuu
+    00000000000000000015eosss
+    00000000000000000013bkopp
+    000000000000000000026dhjl
+    0000000000000000000136ade
+    0000000000000000000013689
+"""
+_HAIR = """
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000000
+    0000001222111111000000000
+    1000136899754444210000000
+    11124aglmlhc99a8411100000
+    2336bkruusmgccdb521100000
+    88aelswwurmhedd9421110000
+    jjlptwvsplifdca7322321000
+    tuuvwuqlhecb9864345652100
+    xxxwsnieb8766433335653100
+    wwuqlfb865443322223542100
+    qolhc96544332221223332100
+    fec9654443322211122221000
+    7765443344322211111111111
+    4443333344322211111101122
+"""
+_CLOTHES = """
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000000
+    0000000000000000000000111
+    0000000000000000000111233
+    0000000000000000001223445
+    0000000000000000012576666
+    0000000000000000027dfdaa9
+    000000000000000015enolhfe
+    00000000000000014bmuvsolk
+    00000000000000028irxxvspo
+"""
+
+
+@lru_cache(maxsize=1)
+def _tables():
+    """[angles, radii, 3] float32: shares of skin, hair and clothes."""
+    rows = [[[DIGITS.index(c) for c in row] for row in t.split()] for t in (_SKIN, _HAIR, _CLOTHES)]
+    return np.ascontiguousarray(np.transpose(np.float32(rows) / 35, (2, 1, 0)))
+
+
+def face_frame(points):
+    """The similarity from photo pixels to the face frame.
+
+    Args:
+        points: [478, 2] pixels.
+
+    Returns:
+        [2, 3] matrix for column vectors (x, y, 1).
+
+    Raises:
+        ValueError: the points have no extent.
+    """
+    across = points[LEFT_EYE[0]] - points[RIGHT_EYE[0]]
+    width = np.linalg.norm(points[454] - points[234])
+    height = np.linalg.norm(points[10] - points[152])
+    if min(np.linalg.norm(across), width, height) < 1:
+        raise ValueError("points: the face is smaller than a pixel; needs 478 distinct points")
+    scale = FACE / np.sqrt(width * height)
+    cos, sin = scale * across / np.linalg.norm(across)
+    turn = np.array([[cos, sin], [-sin, cos]])
+    contour = points[list(FACE_CONTOUR)] @ turn.T
+    middle = (contour.min(0) + contour.max(0)) / 2
+    return np.column_stack([turn, CENTER - middle])
+
+
+def polar(contour):
+    """Angle and radius of every pixel of the face frame.
+
+    Args:
+        contour: [36, 2] face contour in the face frame.
+
+    Returns:
+        angle [SIZE, SIZE] degrees from the top, 0..180 on both sides, and radius [SIZE, SIZE] in
+        units of the contour.
+    """
+    rows, columns = np.mgrid[:SIZE, :SIZE].astype(np.float32) + 0.5
+    x, y = columns - np.float32(CENTER[0]), np.float32(CENTER[1]) - rows
+    edge_x, edge_y = contour[:, 0] - CENTER[0], CENTER[1] - contour[:, 1]
+    length, angle = cv2.cartToPolar(y, x, angleInDegrees=True)  # 0 at the top, clockwise
+    edge_angle = np.degrees(np.arctan2(edge_x, edge_y)) % 360
+    by_degree = np.interp(
+        np.arange(721) / 2, edge_angle, np.hypot(edge_x, edge_y), period=360
+    ).astype(np.float32)
+    radius = length / by_degree[(angle * 2).astype(np.int32)]
+    return np.minimum(angle, 360 - angle), radius
+
+
+def class_shares(angle, radius):
+    """How often skin, hair and clothes are found at a place; see the module.
+
+    Args:
+        angle, radius: [H, W] float32 as from `polar`.
+
+    Returns:
+        [H, W, 3] float32 shares of skin, hair and clothes.
+    """
+    steps = np.interp(np.arange(300) / 100, RADII, np.arange(len(RADII))).astype(np.float32)
+    row = steps[np.minimum(radius * 100, 299).astype(np.int32)]
+    return cv2.remap(
+        _tables(), row, angle / np.float32(7.5), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
