@@ -107,3 +107,46 @@ class Fragments:
     face: np.ndarray  # [H, W] int32, index of the nearest face, -1 for none
     barycentric: np.ndarray  # [H, W, 3] float32, perspective-correct, sum 1; 0 where none
     depth: np.ndarray  # [H, W] float32 mm in front of the camera, inf where none
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """One target (expression, gaze, camera) of one subject, drawn for the generator (paGAN sec. 4)."""
+
+    camera: Camera
+    expression: np.ndarray  # [E] weights
+    gaze: np.ndarray  # [2] degrees: yaw, pitch
+    vertices: np.ndarray  # [V, 3] mm, deformed, head space
+    fragments: Fragments  # skin, eyes and mouth interior; no carriers
+    part: np.ndarray  # [H, W] uint8 into heads.base.PARTS, 255 for none
+    normals: np.ndarray  # [H, W, 3] float32 unit, camera space; 0 for none
+    depth: np.ndarray  # [H, W] float32 mm in front of the camera, inf for none
+    gaze_mask: np.ndarray  # [H, W, 2] float32: iris and sclera that can be seen, 0..1
+    deformed_neutral: np.ndarray  # [H, W, 3] float32 linear: the neutral texture on this shape
+
+
+@dataclass(frozen=True)
+class Generated:
+    """What a generator makes of Conditions. image = deformed_neutral * ratio * (1 - alpha) + color * alpha."""
+
+    image: np.ndarray  # [H, W, 3] float32 linear
+    ratio: np.ndarray  # [H, W, 3] float32 > 0: shading over the deformed neutral
+    color: np.ndarray  # [H, W, 3] float32 linear: what the photo never showed
+    alpha: np.ndarray  # [H, W] float32 0..1: where `color` stands
+
+
+@dataclass(frozen=True)
+class Textures:
+    """Everything that is painted on the atlas and the carriers; scene-linear Rec.709."""
+
+    neutral: np.ndarray  # [T, T, 3] float16, T_0
+    keys: np.ndarray  # [K, T, T, 3] float16, T_k
+    key_names: tuple[str, ...]
+    key_weights: np.ndarray  # [K, E] a_e^k
+    source: np.ndarray  # [T, T] uint8: 0 none, 1 observed, 2 mirrored, 3 inferred, 4 painted
+    facing: np.ndarray  # [T, T] float16 0..1: weight of the observation
+    gaze: np.ndarray  # [20, h, 2 w, 3] float16: left cap, right cap side by side
+    gaze_directions: np.ndarray  # [20, 2] degrees
+    mouths: np.ndarray  # [M, h, w, 3] float16: the mouth sheet
+    mouth_landmarks: np.ndarray  # [M, n, 2] see runtime.mouth
+    mouth_weights: np.ndarray  # [M, E] pose of each

@@ -1,0 +1,32 @@
+"""The plug-in point for generators; entry point group `bakery.generators`."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from bakery.generators.eyes import EyeMaps
+from bakery.heads.base import HeadModel
+from bakery.types import Conditions, Generated
+
+
+@dataclass(frozen=True, eq=False)  # compared and hashed by identity: generators cache by it
+class Subject:
+    """One person, ready to be deformed."""
+
+    head: HeadModel
+    neutral: np.ndarray  # [V, 3] mm, the neutral shape with its residual warp
+    texture: np.ndarray  # [T, T, 3] float32 linear, T_0 with its light; the whole atlas
+    eyes: EyeMaps
+    light: np.ndarray  # [9, 3] irradiance in the photo's camera space
+    light_rotation: np.ndarray  # [3, 3] head space -> the photo's camera space
+
+
+class Generator(Protocol):
+    """Turns conditions into a picture of the subject. One instance serves any number of subjects."""
+
+    name: str
+    source_type: str  # IPTC digital source type of what it makes
+
+    def generate(self, subject: Subject, conditions: Conditions) -> Generated:
+        """Paint one target; same size and camera as the conditions."""

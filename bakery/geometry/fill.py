@@ -1,0 +1,51 @@
+"""Smooth completion of pictures with holes."""
+
+import cv2
+import numpy as np
+
+
+def diffuse(values, weight, floor=1e-4):
+    """Continue known values smoothly into the unknown (pull-push pyramid).
+
+    Where the weight is 1 the value stays as it is; where it is 0 the value comes from ever wider
+    neighbourhoods, so steps between known and unknown do not show.
+
+    Args:
+        values: [H, W, C] float32.
+        weight: [H, W] float32 0..1.
+        floor: weight below which a level says nothing.
+
+    Returns:
+        [H, W, C] float32.
+
+    References:
+        Gortler, Grzeszczuk, Szeliski and Cohen, "The Lumigraph", SIGGRAPH 1996, section 3.4.1.
+    """
+    values = np.asarray(values, np.float32)
+    weight = np.asarray(weight, np.float32)
+    levels = [(values * weight[..., None], weight)]
+    while min(levels[-1][1].shape) > 2:
+        total, mass = levels[-1]
+        size = (max(mass.shape[1] // 2, 1), max(mass.shape[0] // 2, 1))
+        total = cv2.resize(cv2.GaussianBlur(total, (0, 0), 1.0), size, interpolation=cv2.INTER_AREA)
+        mass = cv2.resize(cv2.GaussianBlur(mass, (0, 0), 1.0), size, interpolation=cv2.INTER_AREA)
+        total = total.reshape(mass.shape + values.shape[2:])
+        # A coarse cell with any knowledge at all speaks with more than its share of the area.
+        gain = np.minimum(1, 4 * mass) / np.maximum(mass, 1e-20)
+        levels.append((total * gain[..., None], mass * gain))
+    total, mass = levels.pop()
+    out = total / np.maximum(mass, 1e-12)[..., None]
+    while levels:
+        total, mass = levels.pop()
+        size = (mass.shape[1], mass.shape[0])
+        out = cv2.resize(out, size, interpolation=cv2.INTER_LINEAR).reshape(mass.shape + (-1,))
+        out = cv2.GaussianBlur(out, (0, 0), 0.8).reshape(mass.shape + (-1,))
+        known = mass[..., None]
+        out = np.where(known > floor, total + (1 - known) * out, out)
+    return out
+
+
+def smoothstep(low, high, x):
+    """0 below `low`, 1 above `high`, a smooth cubic between; `low` may be the larger."""
+    t = np.clip((np.asarray(x) - low) / (high - low), 0, 1)
+    return t * t * (3 - 2 * t)

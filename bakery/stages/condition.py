@@ -1,0 +1,101 @@
+"""Draw one target of a subject for the generator (paGAN section 4)."""
+
+import numpy as np
+
+from bakery.geometry import camera as cameras
+from bakery.geometry import rotation
+from bakery.geometry.fill import smoothstep
+from bakery.geometry.mesh import vertex_normals
+from bakery.geometry.raster import rasterize
+from bakery.geometry.sample import bilinear, interpolate
+from bakery.heads.base import INTERIOR, PARTS
+from bakery.types import Conditions
+
+SIZE = 512  # pixels of the generator's picture
+FACE_SHARE = 0.78  # forehead to chin over the picture's side, as the measurements cut it
+DRAWN = ("skin", *INTERIOR)
+IRIS_DEGREES = 28.0  # angular radius of a mean iris (5.85 mm) on a mean eyeball (12.4 mm)
+
+
+def face_camera(fit, head, neutral, yaw=0.0, pitch=0.0, size=SIZE, share=FACE_SHARE):
+    """The camera of the generator's picture: the photo's lens and distance, head upright, centred.
+
+    Args:
+        yaw, pitch: degrees the head turns to the subject's left and up.
+        share: height from the top to the bottom landmark over the picture's side.
+    """
+    points = head.landmarks(neutral)[:468]
+    pivot = np.array([0.0, *points[:, 1:].mean(0)])
+    straight = cameras.view(fit.camera, 0.0, 0.0, pivot)
+    pixels = cameras.project(points, straight)
+    low, high = pixels.min(0), pixels.max(0)
+    scale = share * size / (high[1] - low[1])
+    corner = (low + high) / 2 - size / 2 / scale
+    framed = cameras.crop(straight, corner[0], corner[1], size, size, scale)
+    return cameras.view(framed, yaw, pitch, pivot)
+
+
+def condition(head, neutral, texture, expression, gaze, camera, parts=DRAWN):
+    """Draw a target.
+
+    Args:
+        neutral: [V, 3] mm, neutral shape of the subject.
+        texture: [T, T, 3] linear, T_0.
+        expression: [E] weights.
+        gaze: [2] degrees.
+        camera: Camera; its width and height are the picture's.
+        parts: names of the parts to draw.
+
+    Returns:
+        Conditions.
+    """
+    vertices = head.vertices(neutral, expression, gaze)
+    points = cameras.to_camera(vertices, camera)
+    pixels = cameras.project_camera(points, camera)
+    faces = head.part_faces(*parts)
+    found = rasterize(
+        pixels, -points[:, 2], head.faces[faces], (camera.height, camera.width), cull=True
+    )
+    seen = found.face >= 0
+    face = np.where(seen, faces[found.face], -1).astype(np.int32)
+    fragments = type(found)(face, found.barycentric, found.depth)
+    normals = interpolate(fragments, vertex_normals(points, head.faces).astype(np.float32)[head.faces])
+    normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-6)
+    part = np.where(seen, head.face_part[face], 255).astype(np.uint8)
+    uv = interpolate(fragments, head.uv[head.uv_faces])
+    deformed = bilinear(texture, uv * texture.shape[0]) * seen[..., None]
+    return Conditions(
+        camera,
+        np.asarray(expression, np.float32),
+        np.asarray(gaze, float),
+        vertices,
+        fragments,
+        part,
+        normals.astype(np.float32),
+        found.depth,
+        _gaze_mask(head, vertices, neutral, gaze, camera, fragments, part),
+        deformed,
+    )
+
+
+def _gaze_mask(head, vertices, neutral, gaze, camera, fragments, part):
+    """Iris and sclera [H, W, 2] as far as the lids leave them open.
+
+    paGAN encodes the gaze as a masked image; two soft masks say where the iris is and what is white.
+    """
+    out = np.zeros(part.shape + (2,), np.float32)
+    axis = rotation.yaw_pitch(*gaze) @ [0.0, 0.0, 1.0]
+    centers = head.eye_centers(neutral)
+    for which, name in enumerate(("eye_left", "eye_right")):
+        mine = part == PARTS.index(name)
+        if not mine.any():
+            continue
+        corner = head.faces[fragments.face[mine]]
+        points = np.einsum("nk,nkc->nc", fragments.barycentric[mine], vertices[corner])
+        direction = points - centers[which]
+        direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-6)
+        angle = np.degrees(np.arccos(np.clip(direction @ axis, -1, 1)))
+        iris = 1 - smoothstep(IRIS_DEGREES - 2, IRIS_DEGREES + 2, angle)
+        out[mine] = np.stack([iris, 1 - iris], 1)
+    return out
+

@@ -1,0 +1,157 @@
+"""T_0 of the skin: observed where the photo shows it, mirrored or inferred elsewhere."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from bakery.geometry import harmonics, rotation
+from bakery.geometry.color import LUMA
+from bakery.geometry.fill import diffuse, smoothstep
+from bakery.geometry.mesh import vertex_normals
+from bakery.geometry.noise import value_noise
+from bakery.geometry.sample import bilinear
+from bakery.stages.atlas import make_view, see
+
+OBSERVED, MIRRORED, INFERRED, PAINTED = 1, 2, 3, 4  # codes of coverage.exr; 0 is outside all charts
+SKIN = ("skin",)
+GRAIN_WAVELENGTHS = (0.9, 1.8, 3.6, 7.2)  # mm; pores to blotches
+
+
+@dataclass(frozen=True)
+class SkinTexture:
+    """The skin of one person on the atlas."""
+
+    color: np.ndarray  # [T, T, 3] float32 linear
+    source: np.ndarray  # [T, T] uint8
+    facing: np.ndarray  # [T, T] float32
+    tone: np.ndarray  # [3] linear, median of the well-seen face
+
+
+def reflectance(linear_points, shade):
+    """Divide colours [N, 3] by shading [N, 3], both linear."""
+    return linear_points / np.maximum(shade, 1e-3)
+
+
+def shading(normals, light):
+    """Irradiance [N, 3] at camera-space normals, relative to that of a frontal normal.
+
+    Second-order harmonics swing wildly on sides the photo never showed, so the ratio is held to
+    0.45..1.5 around the frontal value.
+    """
+    front = harmonics.irradiance(np.array([[0.0, 0.0, 1.0]]), light)
+    ratio = harmonics.irradiance(normals, light) / np.maximum(front, 1e-4)
+    gray = ratio @ LUMA
+    return np.clip(gray, 0.45, 1.5)[:, None] * np.ones(3, np.float32)
+
+
+def complete_skin(linear, skin_mask, fit, head, vertices, atlas):
+    """Unwrap the photo and fill what it does not show.
+
+    Args:
+        linear: [H, W, 3] float32 photo, already filtered to about the atlas's density.
+        skin_mask: [H, W] float32 0..1, from `segment`.
+        fit: Fit of the photo.
+        vertices: [V, 3] mm, the shape as it stands in the photo.
+        atlas: Atlas of the head.
+
+    Returns:
+        SkinTexture.
+    """
+    rows = np.flatnonzero(atlas.rows(*SKIN))
+    view = make_view(vertices, head, fit.camera)
+    pixels, weight = see(atlas, rows, view)
+    weight *= smoothstep(0.5, 0.95, bilinear(skin_mask, pixels))
+    color = bilinear(linear, pixels)
+
+    # Light is taken out before anything is continued across the head, and put back at the end.
+    turn = rotation.matrix(fit.camera.rotation)
+    normals = atlas.at(vertex_normals(vertices, head.faces) @ turn.T)[rows]
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
+    shade = shading(normals, fit.light)
+    albedo = reflectance(color, shade)
+
+    def picture(values):
+        flat = np.zeros((atlas.size * atlas.size,) + values.shape[1:], np.float32)
+        flat[atlas.index[rows]] = values
+        return flat.reshape((atlas.size, atlas.size) + values.shape[1:])
+
+    seen = soften(picture(weight), picture(np.ones(len(rows))))
+    observed = picture(albedo)
+    well = (seen > 0.9).reshape(-1)[atlas.index[rows]]
+    tone = np.median(albedo[well], 0) if well.any() else np.full(3, 0.3, np.float32)
+
+    # The other half of the face stands in where it was seen and this one was not.
+    seen_mirror, mirror = seen[:, ::-1], observed[:, ::-1]
+    both = np.minimum(seen, seen_mirror)
+    matched = mirror * np.exp(diffuse(log_ratio(observed, mirror), both))
+    mirror_weight = seen_mirror * (1 - seen)
+    known = seen + mirror_weight
+    joined = (observed * seen[..., None] + matched * mirror_weight[..., None]) / np.maximum(
+        known, 1e-6
+    )[..., None]
+
+    # What nobody saw: tone continued from the borders and fading to the median far away, with grain.
+    # The far tone joins the diffusion as a faint opinion held everywhere.
+    low = cv2.GaussianBlur(joined * known[..., None], (0, 0), atlas.size / 170)
+    low /= np.maximum(cv2.GaussianBlur(known, (0, 0), atlas.size / 170), 1e-3)[..., None]
+    trusted = cv2.erode((known > 0.8).astype(np.float32), np.ones((5, 5)))
+    anchored = np.maximum(trusted, 0.004 * picture(np.ones(len(rows))))
+    values = np.where(trusted[..., None] > 0, low, tone)
+    base = diffuse(values, anchored)
+    grain = grain_like(joined, trusted * picture(np.ones(len(rows))), vertices, atlas, rows, picture)
+    inferred = base * np.exp(grain)[..., None]
+    cover = np.clip(known, 0, 1)[..., None]
+    albedo_full = joined * cover + inferred * (1 - cover)
+
+    lit = albedo_full * np.where(picture(shade) > 0, picture(shade), 1)
+    on_skin = picture(np.ones(len(rows))) > 0
+    source = np.select(
+        [~on_skin, seen >= 0.5, known >= 0.5], [0, OBSERVED, MIRRORED], INFERRED
+    ).astype(np.uint8)
+    return SkinTexture(lit, source, np.where(on_skin, seen, 0).astype(np.float32), tone)
+
+
+def soften(weight, inside):
+    """Shrink and blur a weight [T, T] in the atlas so that no binary edge shows, keeping charts."""
+    size = max(3, weight.shape[0] // 256 | 1)
+    smallest = cv2.erode(np.where(inside > 0, weight, 1), np.ones((size, size), np.uint8))
+    blurred = cv2.GaussianBlur(smallest * inside, (0, 0), weight.shape[0] / 400)
+    mass = cv2.GaussianBlur(inside, (0, 0), weight.shape[0] / 400)
+    return np.clip(np.minimum(blurred / np.maximum(mass, 1e-3), smallest * 1.5), 0, 1) * inside
+
+
+def log_ratio(a, b):
+    """log(a / b) of linear colours, held to a factor of two."""
+    return np.clip(np.log(np.maximum(a, 1e-3)) - np.log(np.maximum(b, 1e-3)), -0.7, 0.7)
+
+
+def grain_like(albedo, weight, vertices, atlas, rows, picture):
+    """Noise [T, T] (log luminance) with the band energies of the skin that was seen."""
+    luminance = np.log(np.maximum(albedo @ LUMA, 1e-3))
+    noise = np.zeros(len(rows), np.float32)
+    points = atlas.at(vertices)[rows]
+    spacing = texel_spacing(points, atlas, rows, picture, weight)
+    for octave, wavelength in enumerate(GRAIN_WAVELENGTHS):
+        sigma = max(0.35 * wavelength / spacing, 0.5)
+        fine = normalized_blur(luminance, weight, sigma)
+        coarse = normalized_blur(luminance, weight, 2 * sigma)
+        inner = cv2.erode(weight, np.ones((3, 3))) > 0.9
+        # Median, not mean: brows, nostrils and moles are not grain.
+        energy = np.median(np.abs(fine - coarse)[inner]) / 0.6745 if inner.any() else 0.01
+        noise += np.float32(min(energy, 0.05)) * value_noise(points, wavelength, octave)
+    return picture(noise)
+
+
+def normalized_blur(values, weight, sigma):
+    """Gaussian blur of values [T, T] that ignores texels of weight 0."""
+    total = cv2.GaussianBlur(values * weight, (0, 0), sigma)
+    return total / np.maximum(cv2.GaussianBlur(weight, (0, 0), sigma), 1e-3)
+
+
+def texel_spacing(points, atlas, rows, picture, weight):
+    """Median distance of neighbouring texels on the well-seen skin, mm."""
+    position = picture(points)
+    step = np.linalg.norm(np.diff(position, axis=1), axis=2)
+    both = np.minimum(weight[:, 1:], weight[:, :-1]) > 0.9
+    return float(np.median(step[both])) if both.any() else 0.3

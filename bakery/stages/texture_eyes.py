@@ -1,0 +1,188 @@
+"""Eyes from the photo: what the lids left open, completed to whole eyeballs (PITFALLS 8)."""
+
+import cv2
+import numpy as np
+
+from bakery.generators.eyes import EyeMaps, directions_of_map, look_up, to_map
+from bakery.generators.shade import lid_occlusion
+from bakery.geometry import rotation
+from bakery.geometry.camera import project, to_camera
+from bakery.geometry.color import LUMA
+from bakery.geometry.fill import diffuse, smoothstep
+from bakery.geometry.sample import bilinear
+from bakery.heads.base import FOLLOW
+
+MAP = 256  # pixels a side; one is 0.8 degrees, 0.16 mm on the ball
+# Rings of the 478-point order: lid margin, and the iris with its centre first; left eye, right eye.
+LIDS = (
+    (263, 249, 390, 373, 374, 380, 381, 382, 362, 398, 384, 385, 386, 387, 388, 466),
+    (33, 7, 163, 144, 145, 153, 154, 155, 133, 173, 157, 158, 159, 160, 161, 246),
+)
+IRISES = ((473, 474, 475, 476, 477), (468, 469, 470, 471, 472))
+IRIS_MM = (5.3, 6.5)  # plausible radius of an adult iris; the mean is 5.85
+SCLERA_OVER_SKIN = 1.35  # luminance, when no sclera can be seen
+
+
+def eye_maps(linear, points, fit, head, vertices, part, depth, skin_tone):
+    """Read both eyeballs out of the photo.
+
+    Args:
+        linear: [H, W, 3] float32 photo.
+        points: [L, 2] pixels, landmarks of the photo.
+        vertices: [V, 3] mm, the shape as it stands in the photo.
+        part, depth: [H, W] of the drawn shape in the photo's camera.
+        skin_tone: [3] linear, for eyes of which nothing can be seen.
+
+    Returns:
+        EyeMaps.
+    """
+    shade = lid_occlusion(part, depth, fit.camera.focal)
+    maps = [
+        _one_eye(linear, points, fit, vertices, head, eye, shade, skin_tone) for eye in range(2)
+    ]
+    return EyeMaps(*(np.stack(field) for field in zip(*maps)))
+
+
+def _one_eye(linear, points, fit, vertices, head, eye, shade, skin_tone):
+    ball = vertices[head.follow == FOLLOW.index(("eye_left", "eye_right")[eye])]
+    center = ball.mean(0)
+    radius = float(np.median(np.linalg.norm(ball - center, axis=1)))
+    camera = fit.camera
+    distance = -to_camera(center, camera)[2]
+    lids, iris = points[list(LIDS[eye])], points[list(IRISES[eye])]
+    iris_pixels = np.linalg.norm(iris[1:] - iris[0], axis=1).mean()
+    iris_mm = float(np.clip(iris_pixels * (distance - radius) / camera.focal, *IRIS_MM))
+    iris_angle = np.degrees(np.arcsin(min(iris_mm / radius, 0.7)))
+
+    # The axis is the landmark iris centre, seen from the camera, met on the ball: surer than the
+    # fitted gaze, which averages both eyes.
+    axis = _axis(iris[0], center, radius, camera)
+    turn = _turn_to(axis)
+    directions = directions_of_map(MAP)
+    pixels = project(center + radius * (directions @ turn.T), camera).astype(np.float32)
+    facing = _facing(directions @ turn.T, center, camera)
+
+    # Open pixels: inside the lid polygon, away from its border (lashes), on the near side.
+    opening = np.zeros(linear.shape[:2], np.uint8)
+    cv2.fillPoly(opening, [np.round(lids * 16).astype(np.int32)], 1, shift=4)
+    inside = cv2.distanceTransform(opening, cv2.DIST_L2, 3)
+    height = max(inside.max(), 1e-3)  # half the opening, pixels
+    upper_margin = smoothstep(0.12, 0.5, inside / height)
+    weight = bilinear(upper_margin.astype(np.float32), pixels) * smoothstep(0.15, 0.4, facing)
+    if inside.max() < 1.5:
+        weight = np.zeros_like(weight)
+    light = np.maximum(bilinear(shade, pixels), 0.3)[..., None]
+    color = bilinear(linear, pixels) / light
+
+    angle = np.degrees(np.arccos(np.clip(directions[..., 2], -1, 1)))
+    sclera = _sclera(color, weight, angle, iris_angle, skin_tone)
+    model = _model(color, weight, angle, iris_angle, sclera)
+    excess = (color - model) @ LUMA
+    # Highlights: far brighter than their surroundings, on or near the cornea, small.
+    bright = max(float(sclera @ LUMA), 1e-3)
+    glare = smoothstep(0.25, 0.6, excess / bright) * smoothstep(
+        1.6 * iris_angle, 1.2 * iris_angle, angle
+    )
+    glare = cv2.GaussianBlur(glare.astype(np.float32), (0, 0), 1.0)
+    glint_here = np.maximum(color - model, 0) * light * (glare * (weight > 0.02))[..., None]
+    clean = weight * (1 - smoothstep(0.05, 0.4, glare))
+
+    # Detail over the radial model, mirrored top to bottom under the upper lid.
+    detail = np.clip(np.log(np.maximum(color, 1e-3) / np.maximum(model, 1e-3)), -0.8, 0.8)
+    flipped, flipped_weight = detail[::-1], clean[::-1] * (angle < iris_angle)
+    known = clean + (1 - clean) * flipped_weight
+    joined = (detail * clean[..., None] + flipped * ((1 - clean) * flipped_weight)[..., None]) / (
+        np.maximum(known, 1e-4)[..., None]
+    )
+    far = smoothstep(1.0, 2.2, angle / iris_angle)  # beyond what lids ever show: the plain model
+    anchored = np.maximum(known, np.maximum(0.02 * far, 1e-3))
+    filled = diffuse(np.where(known[..., None] > 1e-3, joined, 0), np.clip(anchored, 0, 1))
+    out = model * np.exp(filled * (1 - 0.7 * far * (1 - known))[..., None])
+
+    # The highlight belongs to the camera and the light, not to the turning ball: store it unturned.
+    fixed = directions_of_map(MAP)
+
+    glint = bilinear(glint_here.astype(np.float32), to_map(fixed @ turn, MAP))
+    return out.astype(np.float32), glint.astype(np.float32), np.float32(iris_angle)
+
+
+def _axis(pixel, center, radius, camera):
+    """Unit direction from the ball's centre to where the sight ray of `pixel` meets the ball."""
+    ray = np.array(
+        [
+            (pixel[0] - camera.center[0]) / camera.focal,
+            -(pixel[1] - camera.center[1]) / camera.focal,
+            -1.0,
+        ]
+    )
+    ray /= np.linalg.norm(ray)
+    middle = to_camera(center, camera)
+    along = ray @ middle
+    inside = max(radius**2 - (middle @ middle - along**2), 0.0)
+    hit = ray * (along - np.sqrt(inside)) - middle
+    return rotation.matrix(camera.rotation).T @ (hit / np.linalg.norm(hit))
+
+
+def _turn_to(axis):
+    """Rotation [3, 3] from +z to `axis` by yaw and pitch, no roll."""
+    yaw = np.degrees(np.arctan2(axis[0], axis[2]))
+    pitch = np.degrees(np.arcsin(np.clip(axis[1], -1, 1)))
+    return rotation.yaw_pitch(yaw, pitch)
+
+
+def _facing(normals, center, camera):
+    """Cosine between directions on the ball and the way to the camera."""
+    turn = rotation.matrix(camera.rotation)
+    toward = -to_camera(center, camera)
+    return (normals @ turn.T) @ (toward / np.linalg.norm(toward))
+
+
+def _sclera(color, weight, angle, iris_angle, skin_tone):
+    """Typical colour [3] of the white of the eye."""
+    white = (weight > 0.7) & (angle > 1.25 * iris_angle) & (angle < 60)
+    gray = skin_tone @ LUMA
+    fallback = np.float32(SCLERA_OVER_SKIN * gray) * np.array([1.04, 0.99, 0.96], np.float32)
+    if white.sum() < 30:
+        return fallback
+    luminance = color[white] @ LUMA
+    upper = luminance >= np.percentile(luminance, 60)
+    found = np.median(color[white][upper], 0)
+    return found if found @ LUMA > 0.3 * fallback @ LUMA else fallback
+
+
+def _model(color, weight, angle, iris_angle, sclera):
+    """Radially symmetric eye [n, n, 3]: medians over rings of the iris, then sclera."""
+    steps = np.linspace(0, 1.05, 22) * iris_angle
+    rings, centers = [], []
+    for low, high in zip(steps[:-1], steps[1:]):
+        ring = (angle >= low) & (angle < high) & (weight > 0.5)
+        if ring.sum() >= 6:
+            # Below the median: highlights are bright, and lids that strayed in are too.
+            rings.append(np.percentile(color[ring], 42, axis=0))
+            centers.append((low + high) / 2)
+    if len(rings) < 6:  # nothing to go by: a dark brown iris with its pupil
+        centers = np.array([0.0, 0.34, 0.40, 0.85, 1.0]) * iris_angle
+        iris = sclera * np.array([0.16, 0.10, 0.07])
+        rings = np.stack([0.1 * iris, 0.1 * iris, iris, iris, 0.5 * iris])
+    rings = np.array(rings)
+    out = np.stack([np.interp(angle, centers, rings[:, c]) for c in range(3)], -1)
+    # The white grows pinker and darker towards the back, where only wide open lids show it.
+    back = smoothstep(1.3 * iris_angle, 85, angle)[..., None]
+    white = sclera * (1 - back * np.array([0.25, 0.42, 0.42]))
+    limbus = smoothstep(0.93 * iris_angle, 1.09 * iris_angle, angle)[..., None]
+    return (out * (1 - limbus) + white * limbus).astype(np.float32)
+
+
+def paint_eyes(eyes, head, neutral, atlas):
+    """Rows of the atlas on the eyeballs and their colours: [n], [n, 3]."""
+
+    rows, colors = [], []
+    centers = head.eye_centers(neutral)
+    points = atlas.at(neutral)
+    for which, name in enumerate(("eye_left", "eye_right")):
+        mine = np.flatnonzero(atlas.rows(name))
+        direction = points[mine] - centers[which]
+        direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-6)
+        rows.append(mine)
+        colors.append(look_up(eyes, which, direction, (0.0, 0.0))[0])
+    return np.concatenate(rows), np.concatenate(colors)
