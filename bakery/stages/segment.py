@@ -159,7 +159,7 @@ def _hull(points):
 
 def _texture(lightness):
     """[H, W] int32 bin of the strength of fine detail; lone edges do not count."""
-    detail = lightness - cv2.GaussianBlur(lightness, (0, 0), 3)
+    detail = np.clip(lightness - cv2.GaussianBlur(lightness, (0, 0), 1.5), -4, 4)
     energy = cv2.erode(cv2.GaussianBlur(detail * detail, (0, 0), 2), np.ones((7, 7), np.uint8))
     return np.clip(np.log2(np.sqrt(energy) + 0.2) * 3 + 7, 0, TEXTURE_BINS - 1).astype(np.int32)
 
@@ -194,12 +194,12 @@ def _classify(small, points, rounds):
 
     skin_colors = histogram(colors, seed.astype(np.float32), LAB_BINS)
     like_skin = _likeness(skin_colors, colors, seed, 20)
-    impossible = _unlike_skin(_shade(small), seed)
+    impossible = _unlike_skin(_shade(small), seed, angle, radius)
     expected = _expected(angle, radius, rows < brow_rows.min())
 
-    far = (expected[..., BACKGROUND] > 0.9) & (radius > 1.3)
+    far = (expected[..., BACKGROUND] > 0.6) & (radius > 1.3)
     like_background = _likeness(
-        histogram(colors, far.astype(np.float32), LAB_BINS), colors, far, 5
+        histogram(colors, far.astype(np.float32), LAB_BINS), colors, far, 10
     ) * (radius > 1)
 
     # how much each pixel may teach the colours of each class
@@ -213,6 +213,8 @@ def _classify(small, points, rounds):
     shares /= shares.sum(-1, keepdims=True) + 1e-6
     prior_log = np.log(expected + 1e-4)
     prior_log[..., SKIN] -= impossible
+    ears = (radius > 1) & (radius < 1.3) & (angle > 75) & (angle < 115)  # folded, not hairy
+    plain = np.where(ears, np.float32(0.3), np.float32(1))
     smooth = GuidedFilter(small, 4, 2e-4)
     for _ in range(rounds):
         score = prior_log.copy()
@@ -223,14 +225,14 @@ def _classify(small, points, rounds):
                 color = (color + skin_colors) / 2
             texture = histogram(textures, weights, (TEXTURE_BINS,))
             score[..., k] += np.log(color + 3e-6)[colors]
-            score[..., k] += 0.6 * np.log(texture + 0.01)[textures]
+            score[..., k] += (0.6 * np.log(texture + 0.01)[textures]) * plain
         score = cv2.exp(score - score.max(-1, keepdims=True))
         score /= score.sum(-1, keepdims=True)
         score[face] = _SURE_SKIN
         shares = np.clip(smooth(score), 0, 1)
         shares /= shares.sum(-1, keepdims=True) + 1e-6
         shares[face] = _SURE_SKIN
-    return _fill_holes(shares, lab[..., 0], angle, seed), face
+    return _fill_holes(shares, lab[..., 0], angle, radius, seed), face
 
 
 def _likeness(colors, bins, region, percentile):
@@ -258,22 +260,26 @@ def _expected(angle, radius, above_brows):
     return expected / expected.sum(-1, keepdims=True)
 
 
-def _unlike_skin(shade, seed):
+def _unlike_skin(shade, seed, angle, radius):
     """[H, W] penalty in nats of being skin: hue off the person's own, or far darker or brighter.
 
-    Skin in shadow keeps its hue, so that darkness is forgiven more than a change of hue.
+    Skin in shadow keeps its hue, so that darkness is forgiven more than a change of hue. Inside the
+    face bright spots are highlights, and under the chin dark ones are beard or shadow.
     """
     samples = shade[seed]
     middle = np.median(samples, 0)
     spread = np.maximum(np.median(np.abs(samples - middle), 0) * 1.5, (0.12, 0.12, 0.35))
     off = (shade - middle.astype(np.float32)) / spread.astype(np.float32)
     hue = np.maximum(np.hypot(off[..., 0], off[..., 1]) - 2.5, 0)
-    dark = np.maximum(-off[..., 2] - 4, 0)
+    dark = np.maximum(-off[..., 2] - 5, 0)
     bright = np.maximum(off[..., 2] - 3.5, 0)
-    return np.minimum(1.5 * hue + 1.5 * dark + bright, 8)
+    penalty = np.minimum(1.5 * hue + 1.5 * dark + bright, 8)
+    penalty[(radius < 0.95) & (off[..., 2] > 0.5)] = 0
+    penalty[(radius < 1.1) & (angle > 125)] *= 0.25
+    return penalty
 
 
-def _fill_holes(shares, lightness, angle, seed):
+def _fill_holes(shares, lightness, angle, radius, seed):
     """Give islands inside the skin to the skin: highlights, moles, shadow under the chin.
 
     Larger dark islands on the forehead stay out; they are tips of a fringe.
@@ -284,11 +290,11 @@ def _fill_holes(shares, lightness, angle, seed):
     for k in range(1, count):
         left, top, width, height, area = stats[k]
         at_border = min(left, top) == 0 or max(left + width, top + height) == prior.SIZE
-        if at_border or area > 0.02 * prior.FACE**2:
+        if at_border or area > 0.05 * prior.FACE**2:
             continue
         island = parts == k
         column, row = centers[k].astype(int)
-        bright = lightness[island].mean() > usual
+        bright = lightness[island].mean() > usual and radius[row, column] < 0.9
         if bright or area < 0.0015 * prior.FACE**2 or angle[row, column] > 120:
             shares[cv2.dilate(island.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0] = _SURE_SKIN
     return shares
