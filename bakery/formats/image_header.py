@@ -1,0 +1,190 @@
+"""What a picture file says about itself, read before any pixel is decoded."""
+
+import io
+import struct
+import warnings
+from dataclasses import dataclass
+
+from PIL import ExifTags, Image
+
+from bakery.errors import InputError
+
+MEGAPIXELS = 64  # at most
+SMALLEST = 96  # pixels a side; a face needs as many
+SCANS = 64  # of a progressive JPEG; usual encoders make 10, an attack makes hundreds
+FORMATS = {  # Pillow's name -> OpenImageIO's
+    "JPEG": "jpeg",
+    "MPO": "jpeg",
+    "PNG": "png",
+    "TIFF": "tiff",
+    "WEBP": "webp",
+    "BMP": "bmp",
+    "GIF": "gif",
+    "JPEG2000": "jpeg2000",
+    "PPM": "pnm",
+}
+OPENED = [name for name in FORMATS if name != "MPO"]  # Pillow makes MPO out of JPEG by itself
+READABLE = "JPEG, PNG, TIFF, WebP, BMP, GIF or JPEG 2000"
+SIGNATURES = (  # first bytes -> what it is, for the message
+    (b"%PDF", "a PDF document"),
+    (b"PK\x03\x04", "a ZIP archive or office document"),
+    (b"\x1f\x8b", "a gzip archive"),
+    (b"\x76\x2f\x31\x01", "an OpenEXR image"),
+    (b"#?RADIANCE", "a Radiance HDR image"),
+    (b"8BPS", "a Photoshop document"),
+    (b"glTF", "a 3D model"),
+    (b"<svg", "an SVG drawing"),
+    (b"<?xml", "an XML document"),
+    (b"<!DOCTYPE", "a web page"),
+    (b"<html", "a web page"),
+    (b"\x1aE\xdf\xa3", "a video"),
+    (b"fLaC", "a sound file"),
+    (b"ID3", "a sound file"),
+    (b"\x7fELF", "a program"),
+)
+
+
+@dataclass(frozen=True)
+class Header:
+    """The header of a picture."""
+
+    format: str  # OpenImageIO's name
+    width: int  # pixels, as stored
+    height: int  # pixels, as stored
+    mode: str  # Pillow's name of the sample layout
+    orientation: int  # EXIF 1..8
+    profile: bytes | None  # ICC
+    focal_35mm: float | None  # mm
+    animated: bool
+
+
+def read_header(name, data):
+    """Read and judge the header of a picture.
+
+    Args:
+        name: how messages call the file.
+        data: its bytes.
+
+    Raises:
+        InputError: not a photo, a format that cannot be read, too large or too small, or a JPEG with
+            more scans than any camera writes.
+    """
+    _refuse_other_formats(name, data)
+    if data.startswith(b"\xff\xd8") and (scans := count_scans(data)) > SCANS:
+        raise InputError(
+            f"{name}: a JPEG with {scans} scans; at most {SCANS} are decoded; save it again as usual"
+        )
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            picture = Image.open(io.BytesIO(data), formats=OPENED)
+            exif = _exif(picture)
+            animated = bool(getattr(picture, "is_animated", False)) and picture.format != "MPO"
+    except Image.DecompressionBombError:
+        raise InputError(
+            f"{name}: claims far more than {MEGAPIXELS} megapixels; make it smaller"
+        ) from None
+    except Exception:  # Pillow's parsers raise almost anything on damaged files
+        raise InputError(
+            f"{name}: not a picture that can be read, or damaged; give a {READABLE} file"
+        ) from None
+    width, height = picture.size
+    if width * height > MEGAPIXELS * 10**6:
+        raise InputError(
+            f"{name}: {width}x{height} pixels; at most {MEGAPIXELS} megapixels are read; make it smaller"
+        )
+    if min(width, height) < SMALLEST:
+        raise InputError(
+            f"{name}: {width}x{height} pixels; at least {SMALLEST} a side are needed; give a larger photo"
+        )
+    if picture.format == "TIFF" and _is_raw(picture):
+        raise InputError(f"{name}: a raw camera file; develop it to JPEG or TIFF first")
+    if picture.mode in ("F", "LAB", "HSV", "I"):
+        raise InputError(f"{name}: samples of kind {picture.mode}; save it as 8 or 16 bit RGB")
+    return Header(
+        format=FORMATS[picture.format],
+        width=width,
+        height=height,
+        mode=picture.mode,
+        orientation=_orientation(exif),
+        profile=picture.info.get("icc_profile") or None,
+        focal_35mm=_focal(exif, width, height),
+        animated=animated,
+    )
+
+
+def count_scans(data):
+    """How many scans a JPEG has, found by its markers alone."""
+    scans, at = 0, 2
+    while (at := data.find(b"\xff", at)) >= 0 and at + 4 <= len(data):
+        marker = data[at + 1]
+        if marker in (0x00, 0xFF) or 0xD0 <= marker <= 0xD8 or marker == 0x01:
+            at += 1 if marker == 0xFF else 2  # stuffing, fill bytes, restart: no length follows
+        elif marker == 0xD9:
+            break
+        else:
+            scans += marker == 0xDA
+            at += 2 + struct.unpack(">H", data[at + 2 : at + 4])[0]
+    return scans
+
+
+def _refuse_other_formats(name, data):
+    if data[4:8] == b"ftyp":
+        brand = data[8:12]
+        if brand in (b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1"):
+            raise InputError(
+                f"{name}: a HEIC picture; convert it first, for example: heif-convert photo.heic photo.jpg"
+            )
+        if brand in (b"avif", b"avis"):
+            raise InputError(
+                f"{name}: an AVIF picture; convert it first, for example: avifdec photo.avif photo.png"
+            )
+        raise InputError(f"{name}: a video; give a {READABLE} photo")
+    start = data[:64].lstrip(b"\xef\xbb\xbf \t\r\n")
+    for signature, what in SIGNATURES:
+        if start.lower().startswith(signature.lower()):
+            raise InputError(f"{name}: {what}; give a {READABLE} photo")
+
+
+def _exif(picture):
+    """EXIF tags by number: the main directory and, in it, the camera's."""
+    try:
+        exif = picture.getexif()
+        return dict(exif) | dict(exif.get_ifd(ExifTags.IFD.Exif))
+    except Exception:  # damaged EXIF must not stop a good picture
+        return {}
+
+
+def _orientation(exif):
+    value = exif.get(ExifTags.Base.Orientation, 1)
+    return value if isinstance(value, int) and 1 <= value <= 8 else 1
+
+
+def _is_raw(picture):
+    tags = picture.tag_v2
+    return ExifTags.Base.DNGVersion in tags or tags.get(ExifTags.Base.NewSubfileType) == 1
+
+
+def _focal(exif, width, height):
+    """Focal length in 35 mm equivalents, or None where it is missing or cannot be believed."""
+
+    def number(tag):
+        try:
+            value = float(exif[tag])
+        except (KeyError, TypeError, ValueError, ZeroDivisionError):
+            return None
+        return value if 0 < value < 1e6 else None
+
+    wide, high = number(ExifTags.Base.ExifImageWidth), number(ExifTags.Base.ExifImageHeight)
+    if wide and high:
+        taken, have = max(wide, high) / min(wide, high), max(width, height) / min(width, height)
+        if abs(taken / have - 1) > 0.02:
+            return None  # cropped since: the focal length belongs to another frame
+    focal = number(ExifTags.Base.FocalLengthIn35mmFilm)
+    if focal is None:
+        length = number(ExifTags.Base.FocalLength)
+        density = number(ExifTags.Base.FocalPlaneXResolution)
+        unit = {2: 25.4, 3: 10.0, 4: 1.0}.get(exif.get(ExifTags.Base.FocalPlaneResolutionUnit, 2))
+        if length and density and unit:
+            focal = length * 36 / ((wide or width) / density * unit)
+    return focal if focal and 8 <= focal <= 1000 else None

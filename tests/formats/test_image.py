@@ -1,0 +1,235 @@
+"""Photos: what is converted, what is refused, how fast."""
+
+import io
+import struct
+import time
+import zlib
+
+import numpy as np
+import pytest
+from PIL import Image, ImageCms
+
+from bakery.errors import InputError
+from bakery.formats.image import encode_image, read_photo, write_image
+from bakery.formats.image_header import count_scans
+
+
+@pytest.fixture
+def picture():
+    """Smooth colours [240, 320, 3] uint8 whose four corners all differ."""
+    y, x = np.mgrid[:240, :320]
+    return np.stack([x * 255 // 319, y * 255 // 239, 40 + 0 * x], -1).astype(np.uint8)
+
+
+def save(path, picture, **options):
+    image = picture if isinstance(picture, Image.Image) else Image.fromarray(picture)
+    image.save(path, **options)
+    return path
+
+
+def close(photo, expected, atol=1.5 / 255):
+    np.testing.assert_allclose(photo.encoded, expected, atol=atol)
+
+
+@pytest.mark.parametrize("ending", ["png", "tiff", "bmp", "webp", "jp2", "ppm"])
+def test_lossless_formats_come_back(tmp_path, picture, ending):
+    options = {"lossless": True} if ending == "webp" else {}
+    photo = read_photo(save(tmp_path / f"a.{ending}", picture, **options))
+    close(photo, picture / 255, atol=1e-6)
+    assert photo.notes == () and len(photo.sha256) == 64
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_orientation_is_undone(tmp_path, picture, orientation):
+    """Stored by the inverse of what the EXIF table says, it must come back upright."""
+    stored = {
+        1: lambda a: a,
+        2: lambda a: a[:, ::-1],
+        3: lambda a: a[::-1, ::-1],
+        4: lambda a: a[::-1],
+        5: lambda a: a.transpose(1, 0, 2),
+        6: lambda a: np.rot90(a),
+        7: lambda a: np.rot90(a, 2).transpose(1, 0, 2),
+        8: lambda a: np.rot90(a, -1),
+    }[orientation](picture)
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    path = save(
+        tmp_path / "a.jpg", np.ascontiguousarray(stored), quality=98, subsampling=0, exif=exif
+    )
+    photo = read_photo(path)
+    close(photo, picture / 255, atol=6 / 255)  # JPEG
+    assert bool(photo.notes) == (orientation != 1)
+
+
+def test_sixteen_bits_are_kept(tmp_path):
+    import cv2
+
+    ramp = np.linspace(0, 65535, 128 * 128).reshape(128, 128).astype(np.uint16)
+    cv2.imwrite(str(tmp_path / "a.png"), np.stack([ramp] * 3, -1))
+    photo = read_photo(tmp_path / "a.png")
+    assert len(np.unique(photo.encoded)) > 10_000
+    assert photo.notes == ("16-bit samples",)
+
+
+def test_grey_alpha_and_palette(tmp_path, picture):
+    grey = read_photo(save(tmp_path / "g.png", picture[:, :, 0]))
+    close(grey, np.repeat(picture[:, :, :1], 3, 2) / 255)
+    assert grey.notes == ("grey picture",)
+    see_through = np.concatenate([picture, np.full((240, 320, 1), 51, np.uint8)], -1)
+    mixed = read_photo(save(tmp_path / "a.png", see_through))
+    close(mixed, picture / 255 * 0.2 + 0.5 * 0.8)
+    assert "mid-grey" in mixed.notes[0]
+    few = Image.fromarray(picture).quantize(16)
+    close(read_photo(save(tmp_path / "p.png", few)), np.asarray(few.convert("RGB")) / 255)
+
+
+def test_cmyk_and_profile(tmp_path, picture):
+    cmyk = Image.fromarray(picture).convert("CMYK")
+    photo = read_photo(save(tmp_path / "c.jpg", cmyk, quality=98))
+    close(photo, picture / 255, atol=0.04)
+    assert "CMYK" in photo.notes[0]
+
+
+def wide_gamut():
+    """A profile that swaps red and green: easy to see whether it was applied."""
+    profile = bytearray(ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes())
+    count = struct.unpack(">I", profile[128:132])[0]
+    tags = {bytes(profile[132 + 12 * i : 136 + 12 * i]): 132 + 12 * i for i in range(count)}
+    red, green = tags[b"rXYZ"], tags[b"gXYZ"]
+    entry = profile[red + 4 : red + 12]
+    profile[red + 4 : red + 12] = profile[green + 4 : green + 12]
+    profile[green + 4 : green + 12] = entry
+    return bytes(profile).replace(
+        "sRGB built-in".encode("utf-16-be"), "Swap built-in".encode("utf-16-be")
+    )
+
+
+def test_profile_is_converted(tmp_path, picture):
+    path = save(tmp_path / "w.png", picture, icc_profile=wide_gamut())
+    photo = read_photo(path)
+    close(photo, picture[:, :, [1, 0, 2]] / 255, atol=2 / 255)
+    assert "converted to sRGB" in photo.notes[0]
+    broken = read_photo(save(tmp_path / "b.png", picture, icc_profile=b"nonsense" * 30))
+    close(broken, picture / 255, atol=1e-6)
+
+
+def test_focal_length(tmp_path, picture):
+    exif = Image.Exif()
+    exif.get_ifd(0x8769)[0xA405] = 85
+    assert read_photo(save(tmp_path / "f.jpg", picture, exif=exif)).focal_35mm == 85
+    exif.get_ifd(0x8769)[0xA002], exif.get_ifd(0x8769)[0xA003] = 4000, 2000  # cropped since
+    assert read_photo(save(tmp_path / "c.jpg", picture, exif=exif)).focal_35mm is None
+
+
+def test_names_of_every_kind(tmp_path, picture):
+    for name in (
+        "with space.jpg",
+        "zeile\n2.jpg",
+        "-leading.jpg",
+        "фото.jpg",
+        "a?b=1.jpg",
+        "%04d.null",
+        "none",
+        "\udcff.jpg",
+    ):
+        data = encode_image(picture, ".jpg")
+        (tmp_path / name).write_bytes(data)
+        read_photo(tmp_path / name)
+
+
+def png_claiming(width, height):
+    def chunk(kind, body):
+        return (
+            struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+        )
+
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    return (
+        b"\x89PNG\r\n\x1a\n"
+        + chunk(b"IHDR", header)
+        + chunk(b"IDAT", b"x" * 99)
+        + chunk(b"IEND", b"")
+    )
+
+
+def many_scans(picture, count):
+    data = encode_image(picture, ".jpg")
+    start = data.rindex(b"\xff\xda")
+    return data[:start] + data[start:-2] * count + data[-2:]
+
+
+def broken_files(picture):
+    jpeg, png = encode_image(picture, ".jpg"), encode_image(picture, ".png")
+    half = len(jpeg) // 2
+    frames = [Image.fromarray(np.roll(picture, 20 * i, 1)) for i in range(3)]
+    movie = io.BytesIO()
+    frames[0].save(movie, "GIF", save_all=True, append_images=frames[1:])
+    webp = io.BytesIO()
+    frames[0].save(webp, "WEBP", save_all=True, append_images=frames[1:])
+    return {
+        "empty": (b"", "empty file"),
+        "cut": (jpeg[:half], "truncated"),
+        "grey fill": (jpeg[:half] + b"\xff\xd9", "truncated"),
+        "hole": (jpeg[:half] + bytes(600) + jpeg[half + 600 :], "truncated"),
+        "cut png": (png[: len(png) // 2], "truncated"),
+        "flipped png": (png[:-200] + bytes([png[-200] ^ 1]) + png[-199:], "truncated"),
+        "bomb": (png_claiming(60000, 60000), "megapixels"),
+        "65 megapixels": (png_claiming(6500, 10000), "megapixels"),
+        "tiny": (encode_image(picture[:50, :50], ".png"), "at least 96"),
+        "scans": (many_scans(picture, 300), "scans"),
+        "gif": (movie.getvalue(), "animated"),
+        "webp": (webp.getvalue(), "animated"),
+        "heic": (b"\0\0\0\x18ftypheic" + bytes(99), "heif-convert"),
+        "avif": (b"\0\0\0\x18ftypavif" + bytes(99), "avifdec"),
+        "video": (b"\0\0\0\x18ftypisom" + bytes(99), "video"),
+        "pdf": (b"%PDF-1.7\n" + bytes(99), "PDF"),
+        "svg": (b"<svg xmlns=''></svg>", "SVG"),
+        "text": (b"hello, this is not a picture", "not a picture"),
+        "random": (np.random.default_rng(0).bytes(5000), "not a picture"),
+    }
+
+
+def test_bad_files_are_refused_in_a_second(tmp_path, picture):
+    for what, (data, message) in broken_files(picture).items():
+        path = tmp_path / f"{what}.jpg"
+        path.write_bytes(data)
+        start = time.perf_counter()
+        with pytest.raises(InputError, match=message) as caught:
+            read_photo(path)
+        assert time.perf_counter() - start < 1, what
+        assert "\n" not in str(caught.value), what
+
+
+def test_animated_by_frame(tmp_path, picture):
+    path = tmp_path / "a.gif"
+    path.write_bytes(broken_files(picture)["gif"][0])
+    assert "frame 0" in read_photo(path, frame=0).notes[0]
+    with pytest.raises(InputError, match="no frame 7"):
+        read_photo(path, frame=7)
+
+
+def test_missing_folder_and_pipe(tmp_path):
+    import os
+
+    os.mkfifo(tmp_path / "pipe")
+    for path, message in ((tmp_path / "no.jpg", "no such file"), (tmp_path, "folder|not a file")):
+        with pytest.raises(InputError, match=message):
+            read_photo(path)
+    with pytest.raises(InputError, match="not a file"):
+        read_photo(tmp_path / "pipe")
+
+
+def test_scans_are_counted(picture):
+    assert count_scans(encode_image(picture, ".jpg")) == 1
+    buffer = io.BytesIO()
+    Image.fromarray(picture).save(buffer, "JPEG", progressive=True)
+    assert count_scans(buffer.getvalue()) == 10
+    assert count_scans(b"\xff\xd8" + b"\xff" * 100) == 0
+
+
+def test_write_image(tmp_path, picture):
+    write_image(tmp_path / "a.png", picture / 255)
+    assert (np.asarray(Image.open(tmp_path / "a.png")) == picture).all()
+    with pytest.raises(InputError, match="not as"):
+        write_image(tmp_path / "a.exe", picture)
