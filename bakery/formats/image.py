@@ -97,7 +97,7 @@ def _decode(path, header, frame):
     with open(path, "rb") as file:
         # OpenImageIO chooses its reader by the ending first and wants UTF-8; the descriptor has
         # neither an ending nor a foreign spelling.
-        plain = path.suffix.lower() in ENDINGS and path.name.isascii()
+        plain = path.suffix.lower() in ENDINGS and str(path).isascii()
         source = oiio.ImageInput.open(str(path) if plain else f"/dev/fd/{file.fileno()}", asked)
         return _samples(source, path, header, frame)
 

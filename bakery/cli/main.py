@@ -1,0 +1,94 @@
+"""The `bakery` command: what commands there are, and what errors look like.
+
+A command's module is imported when it is called, so that `bakery --help` waits for nobody.
+"""
+
+import errno
+import importlib
+import sys
+
+import click
+
+from bakery import __version__
+from bakery.errors import BakeryError
+
+COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of the bake
+    "build": ("build", "Bake a portrait into an avatar bundle."),
+    "detect": ("stages", "Find faces and their 478 landmarks."),
+    "fit": ("stages", "Fit the head model to photos."),
+    "textures": ("stages", "Paint the textures of one fit."),
+    "masks": ("stages", "Draw the activation masks of a head model."),
+    "pack": ("stages", "Pack fit, textures and masks into a bundle."),
+    "inspect": ("inspect", "Say what a bundle holds."),
+    "validate": ("inspect", "Check a bundle; list what is wrong with it."),
+    "render": ("render", "Draw a frame of an avatar."),
+    "heads": ("heads", "List, show and import head models."),
+    "doctor": ("doctor", "Check this installation."),
+    "synth": ("synth", "Paint synthetic portraits."),
+    "train": ("train", "Train the networks of the project."),
+    "evaluate": ("evaluate", "Measure the project on photographs."),
+}
+
+
+class LazyGroup(click.Group):
+    """A group whose commands are imported when they are called."""
+
+    def list_commands(self, context):
+        return list(COMMANDS)
+
+    def get_command(self, context, name):
+        if name not in COMMANDS:
+            return None
+        module = importlib.import_module(f"bakery.cli.{COMMANDS[name][0]}")
+        return getattr(module, name)
+
+    def format_commands(self, context, formatter):
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, about) for name, (_, about) in COMMANDS.items()])
+
+
+@click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="bakery")
+@click.option("-v", "--verbose", count=True, help="Say more; twice for everything.")
+@click.option("-q", "--quiet", count=True, help="Say less; only errors.")
+@click.pass_context
+def bakery(context, verbose, quiet):
+    """Bake one portrait photograph into an animatable avatar.
+
+    \b
+    bakery build portrait.jpg -o portrait.avatar
+    """
+    context.obj = {"verbosity": verbose - quiet}
+
+
+def main(arguments=None):
+    """Run the command line; errors of the user end in one line and exit code 1 or 2."""
+    try:
+        code = bakery.main(arguments, prog_name="bakery", standalone_mode=False)
+    except click.UsageError as error:
+        error.show()
+        code = 2
+    except (BakeryError, click.ClickException) as error:
+        code = _one_line(str(error) if isinstance(error, BakeryError) else error.format_message())
+    except (click.Abort, KeyboardInterrupt):
+        _one_line("interrupted; the next run goes on from the finished steps")
+        code = 130
+    except MemoryError:
+        code = _one_line("not enough memory; close other programs or lower --resolution")
+    except BrokenPipeError:
+        sys.stderr.close()  # the reader went away, as `head` does
+        code = 1
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM):
+            raise
+        code = _one_line(
+            f"{error.filename or 'a file'}: {error.strerror}; check the disk and rights"
+        )
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _one_line(message):
+    """Print an error; a line break inside a file name must not make two lines of it."""
+    text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message)
+    click.echo(f"bakery: {text}", err=True)
+    return 1

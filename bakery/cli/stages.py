@@ -1,0 +1,88 @@
+"""The steps of the bake as commands; each reads the last one's file."""
+
+from pathlib import Path
+
+import click
+
+from bakery.cli import options
+from bakery.errors import BakeryError
+
+output = click.option("-o", "--output", required=True, type=click.Path(path_type=Path))
+
+
+@click.command(cls=options.Command)
+@options.photos
+@output
+@options.frame
+@options.overwrite
+@options.dry_run
+def detect(photos, output, frame, overwrite, dry_run):
+    """Find faces and their 478 landmarks in PHOTOS.
+
+    Writes JSON to a file (one photo; "-" is stdout) or as NAME.json into a folder.
+
+    \b
+    bakery detect portrait.jpg -o portrait.json
+    bakery detect photos/*.jpg -o points/
+    """
+    from bakery import pipeline
+    from bakery.formats import record
+
+    def one(photo, place):
+        image, faces = pipeline.find_faces(photo, frame)
+        if not dry_run:
+            height, width = image.encoded.shape[:2]
+            options.write(place, record.dump(record.faces_to_table(width, height, faces)))
+
+    _each(photos, output, overwrite, one)
+
+
+@click.command(cls=options.Command)
+@options.photos
+@output
+@options.head
+@options.landmarks
+@options.face
+@options.frame
+@options.overwrite
+@options.dry_run
+def fit(photos, output, head, landmarks, face, frame, overwrite, dry_run):
+    """Fit the head model to PHOTOS.
+
+    Writes JSON to a file (one photo; "-" is stdout) or as NAME.json into a folder.
+
+    \b
+    bakery fit portrait.jpg -o fit.json
+    bakery fit photos/*.jpg --landmarks points/ -o fits/
+    """
+    from bakery import pipeline
+    from bakery.formats import record
+
+    model = pipeline.open_head(head)
+
+    def one(photo, place):
+        given = landmarks / f"{photo.stem}.json" if landmarks and landmarks.is_dir() else landmarks
+        image, points = pipeline.one_face(photo, frame, given, face)
+        if not dry_run:
+            fitted, _ = pipeline.place_head(photo, image, points, model)
+            options.write(place, record.dump(record.fit_to_table(fitted, image)))
+
+    _each(photos, output, overwrite, one)
+
+
+def _each(photos, output, overwrite, one):
+    """Call `one` for each photo; a bad photo does not stop the others, but the exit code tells."""
+    failed = None
+    places = options.destinations(photos, output)
+    with options.progress() as progress:
+        for done, (photo, place) in enumerate(places):
+            progress("photos", done, len(places))
+            try:
+                options.may_write(place, overwrite)
+                one(photo, place)
+            except BakeryError as error:
+                if failed is not None:
+                    click.echo(f"bakery: {failed}", err=True)
+                failed = error
+    if failed is not None:
+        raise failed

@@ -1,0 +1,147 @@
+"""OpenEXR files: multi-part, half float, ZIP.
+
+ZIP is what every reader opens and what notices damage. Files are made in memory: OpenEXR's own
+writer does not report a full disk, Python does.
+"""
+
+import io
+from dataclasses import dataclass
+
+import numpy as np
+import OpenEXR
+
+from bakery.errors import BundleError
+from bakery.formats.files import read_bytes, write_bytes
+
+LINEAR, DATA = "lin_rec709_scene", "data"  # colorInteropID
+CHANNELS = {1: "Y", 3: "RGB", 4: "RGBA"}  # what browsers' readers accept
+THREADS = 2  # lines are packed one by one: the bytes do not depend on it
+LARGEST_SIDE = 16384  # texels
+LARGEST_TEXELS = 512 * 10**6  # of all parts together
+
+
+@dataclass(frozen=True)
+class PartHeader:
+    """What the header says of one part."""
+
+    name: str
+    width: int
+    height: int
+    channels: tuple[str, ...]
+    compression: str
+    color: str  # colorInteropID, or ""
+
+
+def write_exr(path, parts, color=LINEAR):
+    """Write pictures as the parts of one file.
+
+    Args:
+        parts: name -> [H, W], [H, W, 3] or [H, W, 4]; written as half float.
+        color: colorInteropID of all parts.
+
+    Returns:
+        The number of bytes.
+    """
+    made = []
+    for name, picture in parts.items():
+        picture = np.ascontiguousarray(picture, np.float16)
+        names = CHANNELS[1 if picture.ndim == 2 else picture.shape[2]]
+        header = {
+            "compression": OpenEXR.ZIP_COMPRESSION,
+            "type": OpenEXR.scanlineimage,
+            "colorInteropID": color,
+        }
+        made.append(OpenEXR.Part(header, {names: OpenEXR.Channel(picture)}, name))
+    buffer = io.BytesIO()
+    OpenEXR.File(made, num_threads=THREADS).write(buffer)
+    data = buffer.getbuffer()
+    write_bytes(path, data)
+    return len(data)
+
+
+def read_header(path):
+    """The parts of a file, without opening pixels.
+
+    Raises:
+        BundleError: damaged, or larger than any texture of a bundle.
+    """
+    return _header(path, bytes(read_bytes(path)))
+
+
+def read_exr(path, names=None):
+    """Read parts of a file.
+
+    Args:
+        names: which parts; None reads all.
+
+    Returns:
+        dict of part name -> [H, W] or [H, W, C] float16.
+
+    Raises:
+        BundleError: damaged, too large, or a part is missing.
+    """
+    data = bytes(read_bytes(path))
+    have = [part.name for part in _header(path, data)]
+    for name in names or ():
+        if name not in have:
+            raise BundleError(f"{path}: has no part '{name}'; it has {', '.join(have[:8])}")
+    try:
+        parts = OpenEXR.File(io.BytesIO(data), num_threads=1).parts
+        pictures = {
+            part.name() or "": _pixels(part.channels)
+            for part in parts
+            if names is None or part.name() in names
+        }
+    except Exception as error:  # the binding raises RuntimeError and its own kinds
+        raise _damaged(path, error) from None
+    return pictures
+
+
+def _header(path, data):
+    if data[:4] != b"\x76\x2f\x31\x01":
+        raise BundleError(f"{path}: not an OpenEXR file; make the bundle again")
+    try:
+        parts = OpenEXR.File(io.BytesIO(data), header_only=True, num_threads=1).parts
+        found = [_part_header(part) for part in parts]
+    except Exception as error:
+        raise _damaged(path, error) from None
+    texels = 0
+    for part in found:
+        if not (0 < part.width <= LARGEST_SIDE and 0 < part.height <= LARGEST_SIDE):
+            raise BundleError(
+                f"{path}: part '{part.name}' claims {part.width}x{part.height} texels; "
+                f"at most {LARGEST_SIDE} a side are read"
+            )
+        texels += part.width * part.height
+    if texels > LARGEST_TEXELS:
+        raise BundleError(
+            f"{path}: {texels / 1e6:.0f} million texels; at most {LARGEST_TEXELS / 1e6:.0f} million are read"
+        )
+    return found
+
+
+def _part_header(part):
+    header = part.header
+    low, high = (np.asarray(corner, np.int64) for corner in header["dataWindow"])
+    width, height = high - low + 1
+    channels = header.get("channels", [])
+    return PartHeader(
+        name=str(header.get("name", "")),
+        width=int(width),
+        height=int(height),
+        channels=tuple(str(channel.name) for channel in channels),
+        compression=str(header["compression"]).split(".")[-1],
+        color=str(header.get("colorInteropID", "")),
+    )
+
+
+def _pixels(channels):
+    for names in ("RGB", "RGBA", "Y"):
+        if names in channels:
+            return channels[names].pixels
+    raise ValueError(f"channels {', '.join(channels)}")
+
+
+def _damaged(path, error):
+    reason = " ".join(str(error).split())[-80:]
+    return BundleError(f"{path}: a damaged OpenEXR file ({reason}); make the bundle again")

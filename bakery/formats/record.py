@@ -1,0 +1,267 @@
+"""The records between the stages as files: JSON for what people and programs read, npz for arrays."""
+
+import io
+import json
+import math
+import zipfile
+from dataclasses import fields
+
+import numpy as np
+
+from bakery.errors import InputError
+from bakery.formats.files import digest, read_bytes, write_bytes
+from bakery.types import EXPRESSIONS, LANDMARKS, Camera, Fit, Landmarks, Textures
+
+LARGEST_JSON = 64 * 2**20  # bytes
+LARGEST_ARRAYS = 8 * 2**30  # bytes; a 4096-texel texture file has 1 GiB
+
+
+def numbers(array, digits=None):
+    """An array as nested lists of floats: shortest text that reads back the same, or rounded."""
+    array = np.asarray(array)
+    if digits is not None:
+        return np.round(array.astype(np.float64), digits).tolist()
+    if array.dtype in (np.float16, np.float32):
+        return np.array([float(str(x)) for x in array.ravel()]).reshape(array.shape).tolist()
+    return array.tolist()
+
+
+def dump(table):
+    """JSON bytes: one line for each entry of the outer table, so that it can be read and compared."""
+    lines = (
+        f"{json.dumps(key)}: {json.dumps(value, ensure_ascii=False, allow_nan=False)}"
+        for key, value in table.items()
+    )
+    return ("{\n  " + ",\n  ".join(lines) + "\n}\n").encode()
+
+
+def parse(name, data):
+    """A JSON table from bytes.
+
+    Raises:
+        InputError: not JSON, or not a table.
+    """
+    try:
+        if len(data) > LARGEST_JSON:
+            raise ValueError(f"{len(data)} bytes")
+        table = json.loads(data.decode("utf-8"), parse_constant=_refuse_constant)
+    except (ValueError, RecursionError):
+        raise InputError(
+            f"{name}: not valid JSON; write it again with the command it came from"
+        ) from None
+    if not isinstance(table, dict):
+        raise InputError(f"{name}: JSON without a table on the outside; write it again")
+    return table
+
+
+def _refuse_constant(text):
+    raise ValueError(text)
+
+
+def faces_to_table(width, height, faces):
+    """What `bakery detect` writes of a photo.
+
+    Args:
+        width, height: pixels of the upright photo.
+        faces: Landmarks of each face.
+    """
+    return {
+        "image": {"width": int(width), "height": int(height)},
+        "faces": [
+            {
+                "box": numbers(face.box, 3),
+                "score": round(float(face.score), 5),
+                "points": numbers(face.points, 3),
+                "confidence": numbers(face.confidence, 4),
+            }
+            for face in faces
+        ],
+    }
+
+
+def faces_from_table(name, table):
+    """Image size (width, height) and the Landmarks of each face.
+
+    Raises:
+        InputError: something is missing or has a wrong shape.
+    """
+    with _reading(name, "bakery detect"):
+        size = (int(table["image"]["width"]), int(table["image"]["height"]))
+        faces = [
+            Landmarks(
+                box=np.array(face["box"], np.float64),
+                score=float(face["score"]),
+                points=np.array(face["points"], np.float64)[:, :2],
+                confidence=np.array(face.get("confidence", [1.0] * LANDMARKS), np.float64),
+            )
+            for face in table["faces"]
+        ]
+        return size, faces
+
+
+def fit_to_table(fit, photo=None):
+    """What `bakery fit` writes.
+
+    Args:
+        fit: Fit.
+        photo: Photo it belongs to; its hash and notes go along.
+    """
+    camera = fit.camera
+    table = {
+        "head": fit.head,
+        "camera": {
+            "focal": float(camera.focal),
+            "center": numbers(camera.center),
+            "rotation": numbers(camera.rotation),
+            "translation": numbers(camera.translation),
+            "width": int(camera.width),
+            "height": int(camera.height),
+        },
+        "identity": numbers(fit.identity),
+        "expression": dict(zip(EXPRESSIONS, numbers(fit.expression))),
+        "gaze": numbers(fit.gaze),
+        "light": numbers(fit.light),
+        "albedo": numbers(fit.albedo),
+        "residual": numbers(fit.residual),
+        "landmarks_projected": numbers(fit.landmarks_projected, 4),
+        "seconds": round(float(fit.seconds), 4),
+        "focal_source": fit.focal_source,
+        "diagnostics": fit.diagnostics,
+    }
+    if photo is not None:
+        table["photo"] = {"sha256": photo.sha256, "notes": list(photo.notes)}
+    return table
+
+
+def fit_from_table(name, table):
+    """The Fit of a table that `bakery fit` wrote.
+
+    Raises:
+        InputError: something is missing or has a wrong shape.
+    """
+    with _reading(name, "bakery fit"):
+        camera, expression = table["camera"], table["expression"]
+        unknown = sorted(set(expression) - set(EXPRESSIONS))
+        if unknown:
+            raise ValueError(f"unknown expression {', '.join(unknown)}")
+        return Fit(
+            head=str(table["head"]),
+            camera=Camera(
+                focal=_positive(camera["focal"]),
+                center=np.array(camera["center"], np.float64),
+                rotation=np.array(camera["rotation"], np.float64),
+                translation=np.array(camera["translation"], np.float64),
+                width=_size(camera["width"]),
+                height=_size(camera["height"]),
+            ),
+            identity=np.array(table["identity"], np.float64),
+            expression=np.array([expression.get(name, 0.0) for name in EXPRESSIONS], np.float64),
+            gaze=np.array(table["gaze"], np.float64),
+            light=np.array(table["light"], np.float64),
+            albedo=np.array(table.get("albedo", []), np.float64),
+            residual=np.array(table.get("residual", np.zeros((468, 3))), np.float64),
+            landmarks_projected=np.array(table["landmarks_projected"], np.float64),
+            seconds=float(table.get("seconds", 0)),
+            focal_source=str(table.get("focal_source", "default")),
+            diagnostics=dict(table.get("diagnostics", {})),
+        )
+
+
+def _positive(value):
+    value = float(value)
+    if not (math.isfinite(value) and value > 0):
+        raise ValueError(f"focal length {value}")
+    return value
+
+
+def _size(value):
+    if not 1 <= int(value) <= 65536:
+        raise ValueError(f"{value} pixels")
+    return int(value)
+
+
+class _reading:
+    """Turns what a wrong table raises into one line."""
+
+    def __init__(self, name, command):
+        self.name, self.command = name, command
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, error, trace):
+        if kind is not None and issubclass(kind, KeyError):
+            raise InputError(
+                f"{self.name}: lacks {error}; write it again with `{self.command}`"
+            ) from None
+        if kind is not None and issubclass(
+            kind, (TypeError, ValueError, IndexError, AttributeError, OverflowError)
+        ):
+            reason = " ".join(str(error).split())[:120]
+            raise InputError(
+                f"{self.name}: {reason}; write it again with `{self.command}`"
+            ) from None
+
+
+def read_faces(path):
+    """`faces_from_table` of a file."""
+    return faces_from_table(path, parse(path, read_bytes(path, LARGEST_JSON)))
+
+
+def read_fit(path):
+    """`fit_from_table` of a file."""
+    return fit_from_table(path, parse(path, read_bytes(path, LARGEST_JSON)))
+
+
+def pack_arrays(arrays):
+    """Named arrays as npz bytes; the same arrays give the same bytes (numpy would stamp the time)."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
+        for name, array in arrays.items():
+            with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as stream:
+                np.lib.format.write_array(stream, np.asarray(array), allow_pickle=False)
+    return buffer.getbuffer()
+
+
+def unpack_arrays(name, data):
+    """Named arrays from npz bytes.
+
+    Raises:
+        InputError: damaged, or not an npz.
+    """
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as file:
+            return {key: file[key] for key in file.files}
+    except (OSError, ValueError, EOFError, KeyError, TypeError, zipfile.BadZipFile):
+        raise InputError(f"{name}: a damaged or foreign file; make it again") from None
+
+
+def write_arrays(path, arrays):
+    """Write `pack_arrays` to a file; returns its SHA-256."""
+    data = pack_arrays(arrays)
+    write_bytes(path, data)
+    return digest(data)
+
+
+def read_arrays(path, needed=()):
+    """Read what `write_arrays` wrote.
+
+    Raises:
+        InputError: damaged, or one of `needed` is missing.
+    """
+    arrays = unpack_arrays(path, read_bytes(path, LARGEST_ARRAYS))
+    missing = [name for name in needed if name not in arrays]
+    if missing:
+        raise InputError(f"{path}: lacks {', '.join(missing)}; make it again")
+    return arrays
+
+
+def textures_to_arrays(textures):
+    """Textures as named arrays."""
+    return {field.name: np.array(getattr(textures, field.name)) for field in fields(Textures)}
+
+
+def textures_from_arrays(arrays):
+    """Textures of what `textures_to_arrays` made."""
+    found = {field.name: arrays[field.name] for field in fields(Textures)}
+    return Textures(**found | {"key_names": tuple(str(name) for name in found["key_names"])})
