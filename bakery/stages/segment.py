@@ -14,13 +14,14 @@ import numpy as np
 
 from bakery.check import check_array
 from bakery.stages import segment_prior as prior
+from bakery.stages.segment_glasses import find_glasses
 from bakery.stages.segment_models import LAB_BINS, GuidedFilter, histogram, lab_bins
 
 LABELS = ("background", "skin", "hair", "clothes", "glasses", "eyes", "lips", "mouth")
 BACKGROUND, SKIN, HAIR, CLOTHES, GLASSES, EYES, LIPS, MOUTH = range(len(LABELS))
 
 TEXTURE_BINS = 16
-_SURE_SKIN = np.float32([0, 1, 0, 0])
+_SURE_SKIN = np.float32([[0], [1], [0], [0]])
 
 
 @dataclass(frozen=True)
@@ -63,11 +64,11 @@ def segment(encoded, points, options=SegmentOptions()):
     part = np.ascontiguousarray(encoded[top:bottom, left:right], np.float32)
     to_frame = np.column_stack([to_frame[:, :2], to_frame @ [left, top, 1]])
     small = _warp_down(part, to_frame)
-    shares, inside = _classify(small, _apply(to_frame, points - [left, top]), options.rounds)
+    shares, known = _classify(small, _apply(to_frame, points - [left, top]), options.rounds)
     labels = np.zeros(encoded.shape[:2], np.uint8)
     skin = np.zeros(encoded.shape[:2], np.float32)
     labels[top:bottom, left:right], skin[top:bottom, left:right] = _enlarge(
-        part, small, to_frame, shares, inside, points - [left, top], options
+        part, small, to_frame, shares, known, points - [left, top], options
     )
     return Segmentation(labels, skin)
 
@@ -146,10 +147,15 @@ def _warp_down(part, to_frame):
     )
 
 
-def _polygon(points, shape=(prior.SIZE, prior.SIZE)):
-    """[H, W] bool, the inside of a polygon of pixel coordinates."""
-    mask = np.zeros(shape, np.uint8)
-    cv2.fillPoly(mask, [np.round((points - 0.5) * 16).astype(np.int32)], 1, shift=4)
+def _draw_polygon(mask, points, value):
+    """Fill a polygon of pixel coordinates."""
+    cv2.fillPoly(mask, [np.round((points - 0.5) * 16).astype(np.int32)], value, shift=4)
+
+
+def _polygon(points):
+    """[SIZE, SIZE] bool, the inside of a polygon of the face frame."""
+    mask = np.zeros((prior.SIZE, prior.SIZE), np.uint8)
+    _draw_polygon(mask, points, 1)
     return mask > 0
 
 
@@ -164,22 +170,16 @@ def _texture(lightness):
     return np.clip(np.log2(np.sqrt(energy) + 0.2) * 3 + 7, 0, TEXTURE_BINS - 1).astype(np.int32)
 
 
-def _shade(small):
-    """[H, W, 3] log red/green, log blue/green, log green of linear light."""
-    linear = cv2.GaussianBlur(small, (0, 0), 1) ** 2.2 + 0.004
-    logs = cv2.log(linear)
-    return np.stack([logs[..., 0] - logs[..., 1], logs[..., 2] - logs[..., 1], logs[..., 1]], -1)
-
-
 def _classify(small, points, rounds):
     """Shares of background, skin, hair and clothes in the face frame.
 
     Returns:
-        shares [SIZE, SIZE, 4] and the pixels [SIZE, SIZE] bool that the landmarks alone say are face.
+        shares [4, SIZE, SIZE]; known [2, SIZE, SIZE] bool: surely face, surely glasses.
     """
     angle, radius = prior.polar(points[list(prior.FACE_CONTOUR)])
     lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB)
-    colors, textures = lab_bins(lab), _texture(lab[..., 0])
+    lightness = np.ascontiguousarray(lab[..., 0])
+    colors, textures = lab_bins(lab), _texture(lightness)
     rows = np.arange(prior.SIZE, dtype=np.float32)[:, None] + 0.5
 
     eyes = _hull(points[list(prior.RIGHT_EYE)]) | _hull(points[list(prior.LEFT_EYE)])
@@ -189,50 +189,67 @@ def _classify(small, points, rounds):
     marks = cv2.dilate((eyes | brows).astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
     bearded = (rows > points[2, 1] - 4) & (radius < 1)  # where a beard may grow
     seed = (radius < 0.72) & ~marks & ~bearded
-    face = eyes | brows | lips | ((radius < 0.8) & (rows > brow_rows.mean())) | (radius < 0.45)
-    face |= (angle > 130) & (radius < 0.97)
+    face = eyes | lips | ((radius < 0.8) & (rows > brow_rows.max()))
+    face |= ((radius < 0.45) & (rows > brow_rows.mean())) | ((angle > 130) & (radius < 0.97))
 
     skin_colors = histogram(colors, seed.astype(np.float32), LAB_BINS)
     like_skin = _likeness(skin_colors, colors, seed, 20)
-    impossible = _unlike_skin(_shade(small), seed, angle, radius)
+    hue, impossible = _unlike_skin(small, seed, angle, radius)
+    shaded = 0.003 * np.exp(-0.5 * hue * hue) * (angle > 75)  # ears and neck, darker than the face
     expected = _expected(angle, radius, rows < brow_rows.min())
 
-    far = (expected[..., BACKGROUND] > 0.6) & (radius > 1.3)
-    like_background = _likeness(
-        histogram(colors, far.astype(np.float32), LAB_BINS), colors, far, 10
-    ) * (radius > 1)
+    far = (expected[BACKGROUND] > 0.6) & (radius > 1.3)
+    far_colors = histogram(colors, far.astype(np.float32), LAB_BINS)
+    like_background = _likeness(far_colors, colors, far, 10) * (radius > 1)
 
     # how much each pixel may teach the colours of each class
-    teach = np.ones((*radius.shape, 4), np.float32)
-    teach[..., SKIN] = (1 - 0.8 * like_background) * ~(bearded | marks | lips)
-    teach[..., HAIR] = (1 - 0.95 * like_skin) * (1 - 0.997 * like_background) * ~(bearded | marks)
-    teach[..., CLOTHES] = 1 - 0.9 * like_skin
+    teach = np.ones((4, *radius.shape), np.float32)
+    teach[SKIN] = (1 - 0.8 * like_background) * ~(bearded | marks | lips)
+    teach[HAIR] = (1 - 0.95 * like_skin) * (1 - 0.997 * like_background) * ~(bearded | marks)
+    teach[CLOTHES] = 1 - 0.9 * like_skin
 
     shares = expected * teach
-    shares[..., SKIN] *= np.where(seed, 1, 0.15 + 0.85 * like_skin)
-    shares /= shares.sum(-1, keepdims=True) + 1e-6
-    prior_log = np.log(expected + 1e-4)
-    prior_log[..., SKIN] -= impossible
+    shares[SKIN] *= np.where(seed, 1, 0.15 + 0.85 * like_skin)
+    shares /= shares.sum(0) + 1e-6
+    known = np.log(expected + 1e-4)
+    known[SKIN] -= impossible
     ears = (radius > 1) & (radius < 1.3) & (angle > 75) & (angle < 115)  # folded, not hairy
-    plain = np.where(ears, np.float32(0.3), np.float32(1))
-    smooth = GuidedFilter(small, 4, 2e-4)
+    trust = np.where(ears, np.float32(0.2), np.float32(0.6))  # in texture
+    smooth = GuidedFilter(np.stack(cv2.split(small)), 4, 2e-4)
     for _ in range(rounds):
-        score = prior_log.copy()
+        score = known.copy()
         for k in range(4):
-            weights = shares[..., k] * teach[..., k]
+            weights = shares[k] * teach[k]
             color = histogram(colors, weights, LAB_BINS)
             if k == SKIN:
-                color = (color + skin_colors) / 2
+                color = np.maximum(((color + skin_colors) / 2)[colors], shaded)
+            else:
+                color = color[colors]
             texture = histogram(textures, weights, (TEXTURE_BINS,))
-            score[..., k] += np.log(color + 3e-6)[colors]
-            score[..., k] += (0.6 * np.log(texture + 0.01)[textures]) * plain
-        score = cv2.exp(score - score.max(-1, keepdims=True))
-        score /= score.sum(-1, keepdims=True)
-        score[face] = _SURE_SKIN
-        shares = np.clip(smooth(score), 0, 1)
-        shares /= shares.sum(-1, keepdims=True) + 1e-6
-        shares[face] = _SURE_SKIN
-    return _fill_holes(shares, lab[..., 0], angle, radius, seed), face
+            score[k] += np.log(color + 3e-6) + trust * np.log(texture + 0.01)[textures]
+        score = np.exp(score - score.max(0))
+        score /= score.sum(0)
+        score[:, face] = _SURE_SKIN
+        shares = np.stack([np.clip(smooth(plane), 0, 1) for plane in score])
+        shares /= shares.sum(0) + 1e-6
+        shares[:, face] = _SURE_SKIN
+    face |= _bare_brows(shares[SKIN], points)
+    shares[:, face] = _SURE_SKIN
+    shares = _fill_holes(shares, lightness, angle, radius, seed)
+    glasses = find_glasses(lightness, points, radius)
+    shares[:, glasses] = 0
+    return shares, np.stack([face & ~glasses, glasses])
+
+
+def _bare_brows(skin, points):
+    """[SIZE, SIZE] bool, the brows with skin above them, not a fringe."""
+    bare = np.zeros(skin.shape, bool)
+    for contour in (prior.RIGHT_BROW, prior.LEFT_BROW):
+        brow = points[list(contour)]
+        above = _hull(brow - [0, 0.1 * prior.FACE]) & ~_hull(brow)
+        if skin[above].mean() > 0.6:
+            bare |= cv2.dilate(_hull(brow).astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
+    return bare
 
 
 def _likeness(colors, bins, region, percentile):
@@ -244,39 +261,40 @@ def _likeness(colors, bins, region, percentile):
 
 
 def _expected(angle, radius, above_brows):
-    """[H, W, 4] class shares of the landmarks alone, with room for fringes, strands and baldness."""
+    """[4, H, W] class shares of the landmarks alone, with room for fringes, strands and baldness."""
     shares = prior.class_shares(angle, radius)
-    expected = np.empty((*angle.shape, 4), np.float32)
-    expected[..., BACKGROUND] = 1 - shares.sum(-1)
-    expected[..., SKIN:] = shares
-    expected = np.clip(expected, 0, 1) + 0.003
-    expected[..., BACKGROUND] = np.where(radius < 1.02, 1e-3, expected[..., BACKGROUND] + 0.06)
-    expected[..., SKIN] += 0.02 * ((radius < 1.8) & ((angle > 60) | (radius < 1.25)))
+    expected = np.clip(np.concatenate([1 - shares.sum(0, keepdims=True), shares]), 0, 1) + 0.003
+    expected[BACKGROUND] = np.where(radius < 1.02, 1e-3, expected[BACKGROUND] + 0.06)
+    expected[SKIN] += 0.02 * ((radius < 1.8) & ((angle > 60) | (radius < 1.25)))
     fringe = np.clip((radius - 0.45) * 0.5, 0, 0.2) * (above_brows & (angle < 75))
-    strands = np.clip((radius - 0.72) * 0.6, 0, 0.12) * (angle >= 60)
-    expected[..., HAIR] += fringe + strands
-    under_chin = (angle > 125) & (radius < 1.3)  # dark there is shadow or beard
-    expected[..., HAIR] = np.where(under_chin, 0.004, expected[..., HAIR])
-    return expected / expected.sum(-1, keepdims=True)
+    strands = np.clip((radius - 0.72) * 0.6, 0, 0.08) * (angle >= 60)
+    expected[HAIR] += fringe + strands
+    expected[HAIR][(angle > 125) & (radius < 1.3)] = 0.004  # dark there is shadow or beard
+    return expected / expected.sum(0)
 
 
-def _unlike_skin(shade, seed, angle, radius):
-    """[H, W] penalty in nats of being skin: hue off the person's own, or far darker or brighter.
+def _unlike_skin(small, seed, angle, radius):
+    """How far a pixel's hue is off the person's skin, and the penalty of calling it skin.
 
     Skin in shadow keeps its hue, so that darkness is forgiven more than a change of hue. Inside the
     face bright spots are highlights, and under the chin dark ones are beard or shadow.
+
+    Returns:
+        hue [H, W] in standard deviations, penalty [H, W] in nats.
     """
-    samples = shade[seed]
-    middle = np.median(samples, 0)
-    spread = np.maximum(np.median(np.abs(samples - middle), 0) * 1.5, (0.12, 0.12, 0.35))
-    off = (shade - middle.astype(np.float32)) / spread.astype(np.float32)
-    hue = np.maximum(np.hypot(off[..., 0], off[..., 1]) - 2.5, 0)
-    dark = np.maximum(-off[..., 2] - 5, 0)
-    bright = np.maximum(off[..., 2] - 3.5, 0)
-    penalty = np.minimum(1.5 * hue + 1.5 * dark + bright, 8)
-    penalty[(radius < 0.95) & (off[..., 2] > 0.5)] = 0
+    red, green, blue = cv2.split(cv2.log(cv2.GaussianBlur(small, (0, 0), 1) ** 2.2 + 0.004))
+    planes = []
+    for plane, least in ((red - green, 0.12), (blue - green, 0.12), (green, 0.35)):
+        middle = np.median(plane[seed])
+        spread = 1.5 * np.median(np.abs(plane[seed] - middle))
+        planes.append((plane - middle) / max(spread, least))
+    hue, light = np.hypot(planes[0], planes[1]), planes[2]
+    dark = np.maximum(-light - 5, 0)
+    bright = np.maximum(light - 3.5, 0)
+    penalty = np.minimum(1.5 * np.maximum(hue - 2.5, 0) + 1.5 * dark + bright, 8)
+    penalty[(radius < 0.95) & (light > 0.5)] = 0
     penalty[(radius < 1.1) & (angle > 125)] *= 0.25
-    return penalty
+    return hue, penalty
 
 
 def _fill_holes(shares, lightness, angle, radius, seed):
@@ -284,58 +302,64 @@ def _fill_holes(shares, lightness, angle, radius, seed):
 
     Larger dark islands on the forehead stay out; they are tips of a fringe.
     """
-    other = (shares.argmax(-1) != SKIN).astype(np.uint8)
+    other = (shares[SKIN] < 0.5).astype(np.uint8)
     usual = np.median(lightness[seed])
     count, parts, stats, centers = cv2.connectedComponentsWithStats(other, connectivity=4)
     for k in range(1, count):
         left, top, width, height, area = stats[k]
         at_border = min(left, top) == 0 or max(left + width, top + height) == prior.SIZE
-        if at_border or area > 0.05 * prior.FACE**2:
+        if at_border or area > 0.08 * prior.FACE**2:
             continue
-        island = parts == k
         column, row = centers[k].astype(int)
-        bright = lightness[island].mean() > usual and radius[row, column] < 0.9
-        if bright or area < 0.0015 * prior.FACE**2 or angle[row, column] > 120:
-            shares[cv2.dilate(island.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0] = _SURE_SKIN
+        inside = radius[row, column] < 0.9
+        island = parts[top : top + height, left : left + width] == k
+        bright = lightness[top : top + height, left : left + width][island].mean() > usual
+        chin = angle[row, column] > 120
+        if (inside and bright) or chin or area < 0.0015 * prior.FACE**2:
+            other[parts == k] = 0
+    inner = cv2.erode(1 - other, np.ones((9, 9), np.uint8)) > 0
+    shares[:, inner] = _SURE_SKIN
     return shares
 
 
-def _enlarge(part, small, to_frame, shares, face, points, options):
+def _enlarge(part, small, to_frame, shares, known, points, options):
     """Labels and soft skin mask at the photo's own resolution, edges refined by its pixels."""
-    size = part.shape[1::-1]
     matrix = _warp_matrix(to_frame)
 
-    def back(maps):
+    def back(planes):
         return cv2.warpAffine(
-            maps,
+            cv2.merge(list(planes)),
             matrix,
-            size,
+            part.shape[1::-1],
             flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
             borderMode=cv2.BORDER_REPLICATE,
         )
 
-    slopes, offset = GuidedFilter(small, 2, 1e-4).coefficients(shares[..., SKIN : SKIN + 1])
-    model = back(np.concatenate([*slopes, offset], -1))
+    def coarse(plane):
+        return cv2.convertScaleAbs(plane.astype(np.float32), alpha=255)
+
+    model = back(GuidedFilter(np.stack(cv2.split(small)), 2, 1e-4).coefficients(shares[SKIN]))
     refined = np.einsum("ijk,ijk->ij", model[..., :3], part) + model[..., 3]
 
-    distance = cv2.distanceTransform(
-        (shares[..., SKIN] > 0.5).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5
-    )
-    rim = np.clip((distance - options.rim * prior.FACE) / (options.feather * prior.FACE), 0, 1)
-    maps = back(np.dstack([rim, face.astype(np.float32), *np.moveaxis(shares[..., 2:], -1, 0)]))
-    sure = np.clip((refined - 0.55) / 0.3, 0, 1)
-    skin = maps[..., 0] * np.maximum(sure, maps[..., 1])
+    face, glasses = known
+    solid = (shares[SKIN] > 0.5).astype(np.uint8)
+    distance = cv2.distanceTransform(solid, cv2.DIST_L2, cv2.DIST_MASK_5) / prior.FACE
+    rim = np.clip((distance - options.rim) / options.feather, 0, 1)
+    planes = back([coarse(plane) for plane in (rim, face, shares[HAIR], shares[CLOTHES])])
+    rim, face, hair, clothes = (cv2.extractChannel(planes, k) for k in range(4))
+    skin = np.clip((refined - 0.55) / 0.3, 0, 1)
+    skin = np.maximum(skin, face * np.float32(1 / 255)) * rim * np.float32(1 / 255)
 
-    is_skin = np.maximum(refined, maps[..., 1]) > 0.5
-    hair, clothes = maps[..., 2], maps[..., 3]
-    other = np.where(hair > clothes, np.uint8(HAIR), np.uint8(CLOTHES))
-    other[2 * np.maximum(hair, clothes) < 1 - np.minimum(hair, clothes)] = BACKGROUND
-    labels = np.where(is_skin, np.uint8(SKIN), other)
+    labels = np.where(hair > clothes, np.uint8(HAIR), np.uint8(CLOTHES))
+    labels[np.maximum(hair, clothes) < 85] = BACKGROUND
+    labels[(refined > 0.5) | (face > 127)] = SKIN
+    if glasses.any():
+        labels[back([coarse(glasses)]) > 127] = GLASSES
     for label, contours in (
         (EYES, (prior.RIGHT_EYE, prior.LEFT_EYE)),
         (LIPS, (prior.LIPS,)),
         (MOUTH, (prior.INNER_LIPS,)),
     ):
         for contour in contours:
-            labels[_polygon(points[list(contour)], part.shape[:2])] = label
-    return labels, skin.astype(np.float32)
+            _draw_polygon(labels, points[list(contour)], label)
+    return labels, skin

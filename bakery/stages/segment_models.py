@@ -48,7 +48,7 @@ class GuidedFilter:
     """Smooth maps so that their edges follow those of a colour picture.
 
     Args:
-        guide: [H, W, 3] float32 0..1.
+        guide: three planes [3, H, W] float32 0..1.
         radius: pixels, half the side of the window.
         epsilon: variance of the guide below which it counts as flat.
 
@@ -59,43 +59,39 @@ class GuidedFilter:
     def __init__(self, guide, radius, epsilon):
         self.guide = guide
         self.radius = radius
-        self.mean = self._box(guide)
-        products = guide[..., [0, 0, 0, 1, 1, 2]] * guide[..., [0, 1, 2, 1, 2, 2]]
-        squares = self._box(np.ascontiguousarray(products[..., [0, 3, 5]]))
-        crosses = self._box(np.ascontiguousarray(products[..., [1, 2, 4]]))
-        m0, m1, m2 = (self.mean[..., i] for i in range(3))
-        a, d, f = (squares[..., i] - self.mean[..., i] ** 2 + epsilon for i in range(3))
-        b, c, e = crosses[..., 0] - m0 * m1, crosses[..., 1] - m0 * m2, crosses[..., 2] - m1 * m2
-        rows = [d * f - e * e, c * e - b * f, b * e - c * d]
-        rows += [a * f - c * c, b * c - a * e, a * d - b * b]
-        determinant = a * rows[0] + b * rows[1] + c * rows[2]
-        self.inverse = [row / determinant for row in rows]  # of the covariance; upper triangle
+        self.mean = [self._box(plane) for plane in guide]
+        a, b, c, d, e, f = (
+            self._box(guide[i] * guide[j]) - self.mean[i] * self.mean[j] + epsilon * (i == j)
+            for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+        )
+        first = [d * f - e * e, c * e - b * f, b * e - c * d]
+        rest = [a * f - c * c, b * c - a * e, a * d - b * b]
+        scale = 1 / (a * first[0] + b * first[1] + c * first[2])
+        self.inverse = [entry * scale for entry in first + rest]  # covariance, upper triangle
 
-    def _box(self, picture):
+    def _box(self, plane):
         side = 2 * self.radius + 1
-        blurred = cv2.blur(picture, (side, side), borderType=cv2.BORDER_REFLECT)
-        return blurred.reshape(picture.shape)
+        return cv2.blur(plane, (side, side), borderType=cv2.BORDER_REFLECT)
 
-    def coefficients(self, maps):
-        """The local linear model of each map.
+    def coefficients(self, plane):
+        """The local linear model of one map.
 
         Args:
-            maps: [H, W, C] float32, C <= 4.
+            plane: [H, W] float32.
 
         Returns:
-            three slopes [H, W, C], one a guide channel, and the offset [H, W, C].
+            [4, H, W]: three slopes, one a guide plane, and the offset.
         """
-        mean = self._box(maps)
+        mean = self._box(plane)
         x, y, z = (
-            self._box(maps * self.guide[..., i, None]) - self.mean[..., i, None] * mean
-            for i in range(3)
+            self._box(plane * guide) - center * mean for guide, center in zip(self.guide, self.mean)
         )
-        xx, xy, xz, yy, yz, zz = (entry[..., None] for entry in self.inverse)
-        slopes = (xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z)
-        offset = mean - sum(slope * self.mean[..., i, None] for i, slope in enumerate(slopes))
-        return [self._box(slope) for slope in slopes], self._box(offset)
+        xx, xy, xz, yy, yz, zz = self.inverse
+        slopes = [xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z]
+        offset = mean - sum(slope * center for slope, center in zip(slopes, self.mean))
+        return np.stack([self._box(entry) for entry in (*slopes, offset)])
 
-    def __call__(self, maps):
-        """Filter [H, W, C] maps, C <= 4."""
-        slopes, offset = self.coefficients(maps)
-        return offset + sum(slope * self.guide[..., i, None] for i, slope in enumerate(slopes))
+    def __call__(self, plane):
+        """Filter one map [H, W]."""
+        model = self.coefficients(plane)
+        return model[3] + sum(slope * guide for slope, guide in zip(model, self.guide))

@@ -167,10 +167,11 @@ def class_shares(angle, radius):
         angle, radius: [H, W] float32 as from `polar`.
 
     Returns:
-        [H, W, 3] float32 shares of skin, hair and clothes.
+        [3, H, W] float32 shares of skin, hair and clothes.
     """
     steps = np.interp(np.arange(300) / 100, RADII, np.arange(len(RADII))).astype(np.float32)
     row = steps[np.minimum(radius * 100, 299).astype(np.int32)]
-    return cv2.remap(
+    shares = cv2.remap(
         _tables(), row, angle / np.float32(7.5), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
+    return np.stack(cv2.split(shares))
