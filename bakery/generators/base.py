@@ -28,5 +28,10 @@ class Generator(Protocol):
     name: str
     source_type: str  # IPTC digital source type of what it makes
 
-    def generate(self, subject: Subject, conditions: Conditions) -> Generated:
-        """Paint one target; same size and camera as the conditions."""
+    def generate(
+        self, subject: Subject, conditions: Conditions, interior_only: bool = False
+    ) -> Generated:
+        """Paint one target; same size and camera as the conditions.
+
+        With `interior_only` the caller looks at eyes and mouth alone: skin may stay as it is.
+        """

@@ -40,9 +40,12 @@ class RenderedGenerator:
     def __init__(self):
         self._folds = weakref.WeakKeyDictionary()
 
-    def generate(self, subject, conditions):
+    def generate(self, subject, conditions, interior_only=False):
         """Paint one target of a subject (generators.base.Generator)."""
-        ratio = self._skin_ratio(subject, conditions)
+        if interior_only:
+            ratio = np.ones_like(conditions.deformed_neutral)
+        else:
+            ratio = self._skin_ratio(subject, conditions)
         color, alpha = self._interior(subject, conditions)
         image = (
             conditions.deformed_neutral * ratio * (1 - alpha[..., None]) + color * alpha[..., None]

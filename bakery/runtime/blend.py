@@ -1,0 +1,37 @@
+"""The face texture of a frame: equation 4 of paGAN."""
+
+import cv2
+import numpy as np
+
+from bakery.stages.mask import key_activation
+
+
+def face_texture(textures, masks, expression):
+    """Blend T_0 and the key textures for one frame.
+
+    Args:
+        textures: Textures.
+        masks: [E, m, m] A_e; weights are formed at this resolution and then enlarged.
+        expression: [E] weights a_e^t.
+
+    Returns:
+        [T, T, 3] float32 linear.
+    """
+    size = textures.neutral.shape[0]
+    neutral_weight, key_weights = key_activation(masks, textures.key_weights, expression)
+    out = np.asarray(textures.neutral, np.float32) * _enlarge(neutral_weight, size)
+    for weight, texture in zip(key_weights, textures.keys):
+        if weight.max() > 1e-4:
+            out += np.asarray(texture, np.float32) * _enlarge(weight, size)
+    return out
+
+
+def _enlarge(weight, size):
+    if weight.shape[0] != size:
+        weight = cv2.resize(weight, (size, size), interpolation=cv2.INTER_LINEAR)
+    return weight[..., None]
+
+
+def nearest_gaze(directions, gaze):
+    """Index of the gaze texture whose direction [n, 2] degrees is nearest to gaze [2]."""
+    return int(((np.asarray(directions) - gaze) ** 2).sum(1).argmin())

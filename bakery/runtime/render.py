@@ -1,0 +1,136 @@
+"""Draw a frame of an avatar: the clear reference of every player."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from bakery.geometry import camera as cameras
+from bakery.geometry.fill import diffuse, smoothstep
+from bakery.geometry.raster import rasterize
+from bakery.geometry.sample import bilinear, interpolate
+from bakery.heads.base import EYES, PARTS
+from bakery.runtime.blend import face_texture, nearest_gaze
+from bakery.runtime.mouth import mouth_picture
+from bakery.stages.texture_mouth import mouth_landmarks
+
+SAMPLES = 2  # per pixel and axis
+SHOWN = ("skin", "mouth_sheet", "eye_cap_left", "eye_cap_right")
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One drawn picture."""
+
+    color: np.ndarray  # [H, W, 3] float32 linear, premultiplied by alpha
+    alpha: np.ndarray  # [H, W] float32: share of the pixel that the head covers
+    face: np.ndarray  # [H, W] float32: share that shows skin the photo knows, eyes or mouth
+
+
+def draw(avatar, vertices, camera, expression, gaze, dynamic=True):
+    """Draw a deformed avatar.
+
+    Args:
+        avatar: runtime.avatar.Avatar.
+        vertices: [V, 3] mm, deformed.
+        camera: Camera of the picture.
+        expression: [E] weights for eq. 4 and the mouth.
+        gaze: [2] degrees.
+        dynamic: False shows T_0 alone.
+
+    Returns:
+        Frame.
+    """
+    head, textures = avatar.head, avatar.textures
+    still = np.zeros_like(expression)
+    skin = face_texture(textures, avatar.masks, expression if dynamic else still)
+    fine = cameras.crop(
+        camera, 0, 0, camera.width * SAMPLES, camera.height * SAMPLES, float(SAMPLES)
+    )
+    points = cameras.to_camera(vertices, fine)
+    faces = head.part_faces(*SHOWN)
+    found = rasterize(
+        cameras.project_camera(points, fine),
+        -points[:, 2],
+        head.faces[faces],
+        (fine.height, fine.width),
+        cull=True,
+    )
+    hit = found.face >= 0
+    part = np.where(hit, head.face_part[faces[found.face]], 255)
+    uv = interpolate(found, head.uv[head.uv_faces[faces]])
+    color = bilinear(skin, uv * skin.shape[0]) * hit[..., None]
+
+    carriers = {"mouth_sheet": mouth_picture(textures, _pose(avatar, expression))}
+    eyes = np.asarray(
+        textures.gaze[nearest_gaze(textures.gaze_directions, gaze)], np.float32
+    )
+    half = eyes.shape[1] // 2
+    for which, eye in enumerate(EYES):
+        carriers["eye_cap_" + eye] = np.ascontiguousarray(
+            eyes[:, which * half : (which + 1) * half]
+        )
+    for name, picture in carriers.items():
+        mine = part == PARTS.index(name)
+        if mine.any():
+            left, top, width, height = head.uv_rectangles[name]
+            local = (uv[mine] - [left, top]) / [width, height]
+            color[mine] = bilinear(picture, local * picture.shape[1::-1])
+
+    known = bilinear(_paintable(textures), uv * skin.shape[0]) * hit
+    known = np.where(hit & (part != PARTS.index("skin")), 1, known)
+    size = (camera.width, camera.height)
+    color, alpha, face = (
+        cv2.resize(layer.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+        for layer in (color, hit, known)
+    )
+    return Frame(color, alpha, face)
+
+
+def _pose(avatar, expression):
+    return mouth_landmarks(avatar.head, avatar.neutral, expression)
+
+
+def _paintable(textures):
+    """Where skin comes from the photo [T, T] float32: only there it may cover the photo again."""
+    known = np.isin(textures.source, (1, 2)).astype(np.float32)
+    size = known.shape[0]
+    return smoothstep(0.35, 0.9, cv2.GaussianBlur(known, (0, 0), size / 170)).astype(np.float32)
+
+
+def over_gray(frame, gray=0.18):
+    """The frame over a plain background: [H, W, 3] linear."""
+    return frame.color + (1 - frame.alpha[..., None]) * gray
+
+
+def over_photo(avatar, frame, vertices, linear_photo):
+    """The frame over the portrait itself: [H, W, 3] linear.
+
+    What lies around the face (hair, ears, neck) is taken from the photo, pulled along with the
+    surface it borders on, so that a jaw that drops leaves no second jaw behind.
+
+    Args:
+        frame: drawn with the portrait's camera.
+        vertices: [V, 3] mm as drawn.
+        linear_photo: [H, W, 3].
+    """
+    head, camera = avatar.head, avatar.fit.camera
+    before = head.vertices(avatar.neutral, avatar.fit.expression, avatar.fit.gaze)
+    faces = head.part_faces("skin")
+    points = cameras.to_camera(vertices, camera)
+    found = rasterize(
+        cameras.project_camera(points, camera), -points[:, 2], head.faces[faces],
+        (camera.height, camera.width), cull=True,
+    )  # fmt: skip
+    source = cameras.project(before, camera)
+    here = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in (camera.width, camera.height))), -1)
+    flow = (interpolate(found, source[head.faces[faces]]) - here).astype(np.float32)
+    inside = found.face >= 0
+    away = cv2.distanceTransform((~inside).astype(np.uint8), cv2.DIST_L2, 3)
+    reach = 0.12 * camera.height
+    weight = np.where(inside, 1.0, np.clip(away / reach - 1, 0, 1)).astype(np.float32)
+    flow = diffuse(np.where(inside[..., None], flow, 0), weight)
+    around = bilinear(linear_photo, (here + flow).astype(np.float32))
+    share = np.minimum(frame.alpha, frame.face)[..., None]
+    own = frame.color / np.maximum(frame.alpha, 1e-3)[..., None]
+    return own * share + around * (1 - share)

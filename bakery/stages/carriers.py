@@ -1,0 +1,55 @@
+"""Image carriers: the mouth sheet and the eye caps, and how pictures are unwrapped onto them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bakery.geometry.raster import rasterize
+from bakery.heads.base import EYES
+
+
+@dataclass(frozen=True)
+class Carrier:
+    """The texels of one carrier at one resolution."""
+
+    shape: tuple[int, int]  # h, w texels
+    index: np.ndarray  # [N] flat texel numbers
+    corners: np.ndarray  # [N, 3] vertices
+    barycentric: np.ndarray  # [N, 3] float32
+
+    def at(self, values):
+        """Per-vertex values [V, C] at the texels: [N, C]."""
+        return np.einsum("nk,nkc->nc", self.barycentric, np.asarray(values)[self.corners])
+
+    def paint(self, values):
+        """Texel values [N, C] as a picture [h, w, C]; texels off the carrier are 0."""
+        out = np.zeros((self.shape[0] * self.shape[1],) + values.shape[1:], np.float32)
+        out[self.index] = values
+        return out.reshape(self.shape + values.shape[1:])
+
+    @property
+    def inside(self):
+        """[h, w] float32: 1 on the carrier."""
+        return self.paint(np.ones(len(self.index), np.float32))
+
+
+def make_carrier(head, name, size):
+    """The carrier `name` at the resolution it has in an atlas of `size` texels a side."""
+    left, top, width, height = head.uv_rectangles[name]
+    shape = (max(round(height * size), 8), max(round(width * size), 8))
+    faces = head.part_faces(name)
+    scale = np.array([shape[1] / width, shape[0] / height])
+    uv = (head.uv - [left, top]) * scale
+    found = rasterize(uv, None, head.uv_faces[faces], shape)
+    index = np.flatnonzero(found.face.ravel() >= 0)
+    return Carrier(
+        shape,
+        index,
+        head.faces[faces[found.face.ravel()[index]]],
+        found.barycentric.reshape(-1, 3)[index],
+    )
+
+
+def eye_caps(head, size):
+    """Both eye caps, left first."""
+    return [make_carrier(head, "eye_cap_" + eye, size) for eye in EYES]

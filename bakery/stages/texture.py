@@ -1,0 +1,227 @@
+"""All textures of an avatar from one fitted photo: T_0, the keys, gaze and mouths."""
+
+import logging
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from bakery.generators.base import Subject
+from bakery.generators.shade import is_part
+from bakery.geometry import camera as cameras
+from bakery.geometry import rotation
+from bakery.geometry.color import to_linear
+from bakery.geometry.fill import diffuse
+from bakery.geometry.sample import bilinear
+from bakery.stages.atlas import make_atlas, make_view, see
+from bakery.stages.condition import condition, face_camera
+from bakery.stages.texture_complete import PAINTED, complete_skin
+from bakery.stages.texture_eyes import eye_maps, paint_eyes
+from bakery.stages.texture_gaze import gaze_textures
+from bakery.stages.texture_interior import paint_interior
+from bakery.stages.texture_mouth import mouth_landmarks, mouth_textures
+from bakery.types import Textures
+
+log = logging.getLogger(__name__)
+VIEWS = (0.0, 40.0, -40.0)  # degrees of yaw that each key expression is painted from
+RATIO_TEXELS = 1024  # the change T_k / T_0 is never finer than the generator's picture
+
+
+@dataclass(frozen=True)
+class TextureOptions:
+    """What to bake."""
+
+    resolution: int = 1024  # T, texels on a side
+    views: tuple[float, ...] = VIEWS
+    mouths: int = 300  # at most as many poses
+
+
+@dataclass(frozen=True)
+class Targets:
+    """The expressions, gazes and mouths that are baked; from presets/expressions."""
+
+    key_names: tuple[str, ...]
+    key_weights: np.ndarray  # [K, E]
+    gaze: np.ndarray  # [20, 2] degrees
+    mouths: np.ndarray  # [M, E]
+
+
+def prepare(photo, landmarks, fit, neutral, head, skin_mask, resolution):
+    """Complete T_0 and the eyes of one person.
+
+    Args:
+        photo: Photo.
+        landmarks: Landmarks of the face in it.
+        fit: Fit of the same photo.
+        neutral: [V, 3] mm, the fitted neutral shape with its residual warp.
+        skin_mask: [H, W] float32 0..1, what may be unwrapped as skin.
+        resolution: T.
+
+    Returns:
+        Subject, source [T, T] uint8 and facing [T, T] float32.
+    """
+    atlas = make_atlas(head, resolution)
+    vertices = head.vertices(neutral, fit.expression, fit.gaze)
+    image, mask, camera, corner, scale = _cut_out(photo, skin_mask, fit, head, vertices, resolution)
+    points = (landmarks.points - corner) * scale
+    local = replace(fit, camera=camera)
+    skin = complete_skin(image, mask, local, head, vertices, atlas)
+    blank = np.zeros((8, 8, 3), np.float32)
+    drawn = condition(head, neutral, blank, fit.expression, fit.gaze, camera)
+    eyes = eye_maps(image, points, local, head, vertices, drawn.part, drawn.depth, skin.tone)
+    texture = skin.color.reshape(-1, 3)
+    source = skin.source.reshape(-1)
+    sclera = eyes.ball[:, 128, :].reshape(-1, 3)  # the horizontal meridian of both balls
+    white = np.percentile(sclera, 75, axis=0)
+    for rows, colors in (
+        paint_eyes(eyes, head, neutral, atlas),
+        paint_interior(head, neutral, atlas, white, skin.tone),
+    ):
+        texture[atlas.index[rows]] = colors
+        source[atlas.index[rows]] = PAINTED
+    texture = atlas.fill_gutter(texture.reshape(resolution, resolution, 3))
+    subject = Subject(head, neutral, texture, eyes, fit.light, rotation.matrix(fit.camera.rotation))
+    return subject, source.reshape(resolution, resolution), skin.facing
+
+
+def _cut_out(photo, skin_mask, fit, head, vertices, resolution):
+    """The head out of the photo, no finer than the atlas can hold.
+
+    Returns:
+        linear image, mask, camera, corner [2] in the photo, pixels per photo pixel.
+    """
+    pixels = cameras.project(vertices[head.part_vertices("skin")], fit.camera)
+    face = cameras.project(head.landmarks(vertices)[:468], fit.camera)
+    low = np.maximum(np.floor(pixels.min(0)) - 8, 0)
+    high = np.minimum(np.ceil(pixels.max(0)) + 8, [photo.encoded.shape[1], photo.encoded.shape[0]])
+    # A face takes about half of the atlas's side; 1.2 pixels a texel lose nothing when sampled.
+    scale = min(1.0, 1.2 * 0.55 * resolution / max(np.ptp(face[:, 1]), 1))
+    x0, y0, x1, y1 = *low.astype(int), *high.astype(int)
+    size = (max(int((x1 - x0) * scale), 8), max(int((y1 - y0) * scale), 8))
+    image, mask = photo.encoded[y0:y1, x0:x1], skin_mask[y0:y1, x0:x1]
+    linear = to_linear(image)
+    if scale < 1:
+        linear = cv2.resize(linear, size, interpolation=cv2.INTER_AREA)
+        mask = cv2.resize(mask, size, interpolation=cv2.INTER_AREA)
+    camera = cameras.crop(fit.camera, x0, y0, linear.shape[1], linear.shape[0], scale)
+    return linear, mask.astype(np.float32), camera, np.array([x0, y0], float), scale
+
+
+def key_ratio(subject, generator, fit, expression, views, atlas):
+    """The change T_k / T_0 of one key expression on the skin, merged from several views.
+
+    Args:
+        expression: [E] weights of the key.
+        views: degrees of yaw.
+        atlas: Atlas at the resolution of the ratio.
+
+    Returns:
+        log-ratio [T, T, 3], colour [T, T, 3] and alpha [T, T] float32.
+    """
+    rows = np.flatnonzero(atlas.rows("skin"))
+    total = np.zeros((len(rows), 7), np.float32)
+    mass = np.zeros(len(rows), np.float32)
+    for yaw in views:
+        camera = face_camera(fit, subject.head, subject.neutral, yaw)
+        seen = condition(
+            subject.head, subject.neutral, subject.texture, expression, (0.0, 0.0), camera
+        )
+        made = generator.generate(subject, seen)
+        view = make_view(seen.vertices, subject.head, camera)
+        pixels, weight = see(atlas, rows, view)
+        skin = cv2.erode(is_part(seen.part, "skin").astype(np.float32), np.ones((3, 3)))
+        weight *= bilinear(skin, pixels)
+        packed = np.concatenate(
+            [np.log(np.maximum(made.ratio, 1e-3)), made.color, made.alpha[..., None]], -1
+        )
+        total += weight[:, None] * sample_many(packed, pixels)
+        mass += weight
+    known = np.minimum(mass, 1)
+    merged = total / np.maximum(mass, 1e-6)[:, None]
+
+    def picture(values):
+        flat = np.zeros((atlas.size**2,) + values.shape[1:], np.float32)
+        flat[atlas.index[rows]] = values
+        return flat.reshape((atlas.size, atlas.size) + values.shape[1:])
+
+    weight = picture(known)
+    # What no view sees did not change: a faint opinion held everywhere that diffusion respects.
+    ratio = diffuse(picture(merged[:, :3] * known[:, None]), np.maximum(weight, 0.01))
+    return ratio, picture(merged[:, 3:6]), picture(merged[:, 6] * known)
+
+
+def sample_many(image, points):
+    """`bilinear` for more than four channels, which OpenCV's remap does not take."""
+    return np.concatenate(
+        [
+            bilinear(np.ascontiguousarray(image[..., k : k + 4]), points).reshape(len(points), -1)
+            for k in range(0, image.shape[2], 4)
+        ],
+        1,
+    )
+
+
+def key_textures(subject, generator, fit, targets, options):
+    """Yield T_k [T, T, 3] float16 of each key expression."""
+    atlas = make_atlas(subject.head, min(options.resolution, RATIO_TEXELS))
+    size = (options.resolution, options.resolution)
+    for weights in targets.key_weights:
+        ratio, color, alpha = key_ratio(subject, generator, fit, weights, options.views, atlas)
+        if options.resolution != atlas.size:
+            ratio, color, alpha = (
+                cv2.resize(layer, size, interpolation=cv2.INTER_LINEAR)
+                for layer in (ratio, color, alpha)
+            )
+        alpha = alpha[..., None]
+        yield (subject.texture * np.exp(ratio) * (1 - alpha) + color * alpha).astype(np.float16)
+
+
+def bake(photo, landmarks, fit, neutral, head, skin_mask, generator, targets, options, progress=None):
+    """Paint every texture of the avatar.
+
+    Args:
+        photo, landmarks, fit: the portrait and what was found in it.
+        neutral: [V, 3] mm, fitted neutral shape with its residual warp.
+        skin_mask: [H, W] float32, from `segment`.
+        generator: generators.base.Generator.
+        targets: Targets.
+        options: TextureOptions.
+        progress: called with a word before each picture is made.
+
+    Returns:
+        Textures.
+    """
+    say = progress or (lambda word: None)
+    say("neutral")
+    subject, source, facing = prepare(
+        photo, landmarks, fit, neutral, head, skin_mask, options.resolution
+    )
+    keys = []
+    for name, texture in zip(
+        targets.key_names, key_textures(subject, generator, fit, targets, options)
+    ):
+        say(f"key {name}")
+        keys.append(texture)
+    camera = face_camera(fit, head, neutral)
+    gaze = []
+    for texture in gaze_textures(subject, generator, camera, targets.gaze, options.resolution):
+        say("gaze")
+        gaze.append(texture.astype(np.float16))
+    poses = targets.mouths[: options.mouths]
+    mouths = []
+    for texture in mouth_textures(subject, generator, camera, poses, options.resolution):
+        say("mouth")
+        mouths.append(texture.astype(np.float16))
+    return Textures(
+        neutral=subject.texture.astype(np.float16),
+        keys=np.stack(keys),
+        key_names=targets.key_names,
+        key_weights=targets.key_weights,
+        source=source,
+        facing=facing.astype(np.float16),
+        gaze=np.stack(gaze),
+        gaze_directions=targets.gaze,
+        mouths=np.stack(mouths),
+        mouth_landmarks=np.stack([mouth_landmarks(head, neutral, pose) for pose in poses]),
+        mouth_weights=poses,
+    )

@@ -1,0 +1,65 @@
+"""Gaze textures: both eye caps for each of the gaze directions (paGAN section 6)."""
+
+import numpy as np
+
+from bakery.generators.eyes import look_up
+from bakery.generators.shade import EYES, is_part
+from bakery.geometry import camera as cameras
+from bakery.geometry.fill import diffuse
+from bakery.geometry.sample import bilinear
+from bakery.heads.base import look, weights
+from bakery.stages.carriers import eye_caps
+from bakery.stages.condition import condition
+
+SCALE = 2.0  # pixels of the eye strip per pixel of the generator's 512 picture
+MARGIN = 48  # pixels of context around the eyes at that scale
+WIDE = weights({"eyeWideLeft": 0.35, "eyeWideRight": 0.35})  # lids open, to see more of the ball
+
+
+def strip_camera(subject, camera):
+    """Cut the two eyes out of the face camera, sides a multiple of 32."""
+    centers = subject.head.eye_centers(subject.neutral)
+    pixels = cameras.project(centers, camera)
+    half_width = np.abs(pixels[0, 0] - pixels[1, 0]) * 0.85
+    half_height = half_width * 0.36
+    middle = pixels.mean(0)
+    width = int(np.ceil((2 * half_width * SCALE + MARGIN) / 32) * 32)
+    height = int(np.ceil((2 * half_height * SCALE + MARGIN) / 32) * 32)
+    corner = middle - np.array([width, height]) / 2 / SCALE
+    return cameras.crop(camera, *corner, width, height, SCALE)
+
+
+def gaze_texture(subject, generator, camera, caps, gaze):
+    """Both caps for one gaze: [h, 2 w, 3] float32 linear.
+
+    The generator's picture is used where the lids leave the eye open; behind the lids the turned
+    eyeball continues it, in the light that the open part shows.
+    """
+    expression = np.clip(look(WIDE, gaze), 0, 1)
+    seen = condition(subject.head, subject.neutral, subject.texture, expression, gaze, camera)
+    picture = generator.generate(subject, seen).image
+    sides = []
+    for which, (cap, name) in enumerate(zip(caps, EYES)):
+        points = cap.at(subject.neutral)
+        direction = points - subject.head.eye_centers(subject.neutral)[which]
+        direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+        ball, glint = look_up(subject.eyes, which, direction, gaze)
+        behind = cap.paint(ball)
+        pixels = cameras.project(points, camera)
+        shown = is_part(seen.part, name).astype(np.float32)
+        weight = cap.paint(np.clip(bilinear(shown, pixels) * 2 - 1, 0, 1))
+        sampled = cap.paint(bilinear(picture, pixels) - glint)
+        light = np.log(np.maximum(sampled, 1e-3) / np.maximum(behind, 1e-3)).mean(-1, keepdims=True)
+        light = diffuse(np.clip(light, -1.5, 0.7), weight)
+        hidden = behind * np.exp(np.clip(light, -1.0, 0.2))
+        mixed = sampled * weight[..., None] + hidden * (1 - weight[..., None]) + cap.paint(glint)
+        sides.append(np.where(cap.inside[..., None] > 0, mixed, mixed[cap.inside > 0].mean(0)))
+    return np.concatenate(sides, axis=1)
+
+
+def gaze_textures(subject, generator, camera, directions, size):
+    """Yield the texture of each direction; arguments as in `gaze_texture`, size of the atlas."""
+    caps = eye_caps(subject.head, size)
+    strip = strip_camera(subject, camera)
+    for gaze in directions:
+        yield gaze_texture(subject, generator, strip, caps, gaze)

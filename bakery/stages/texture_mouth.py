@@ -1,0 +1,173 @@
+"""Mouth textures: the mouth sheet for each of the mouth poses (paGAN section 6)."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from bakery.generators.shade import MOUTH, is_part
+from bakery.geometry import camera as cameras
+from bakery.geometry.fill import diffuse
+from bakery.geometry.sample import bilinear
+from bakery.heads.base import weights
+from bakery.stages.carriers import make_carrier
+from bakery.stages.condition import condition
+from bakery.types import EXPRESSIONS
+
+SCALE = 1.25  # pixels of the mouth crop per pixel of the generator's 512 picture
+REACH = 55.0  # mm around the mouth that the crops need
+LIPS = (
+    61, 146, 91, 181, 84, 17, 314, 405, 321, 375, 291, 409, 270, 269, 267, 0, 37, 39, 40, 185,
+    78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308, 324, 318, 402, 317, 14, 87, 178, 88, 95,
+)  # fmt: skip
+CORNERS = (61, 291)
+
+
+def mouth_landmarks(head, neutral, expression):
+    """Lip landmarks [40, 2] of a pose: x right in the picture, y down, in mouth widths.
+
+    They are fixed to the skull, centred on the neutral mouth: a pose is also where the lips stand
+    before the upper teeth.
+    """
+    rest = head.landmarks(neutral)
+    moved = head.landmarks(head.vertices(neutral, expression, (0.0, 0.0)))[list(LIPS)]
+    center = rest[list(LIPS)].mean(0)
+    width = np.linalg.norm(rest[CORNERS[0]] - rest[CORNERS[1]])
+    return ((moved - center)[:, :2] * [1, -1] / width).astype(np.float32)
+
+
+def cut(subject, reach=REACH):
+    """The subject with the faces around the mouth only: poses deform several times faster."""
+    head = subject.head
+    lips = head.landmarks(subject.neutral)[list(LIPS)].mean(0)
+    near = np.linalg.norm(subject.neutral - lips, axis=1) < reach
+    inside = head.part_vertices(*MOUTH, "mouth_sheet")
+    near[inside] = True
+    keep = near[head.faces].all(1)
+    keep[head.landmark_faces] = True  # landmarks stay valid
+    faces = np.flatnonzero(keep)
+    used, compact = np.unique(head.faces[faces], return_inverse=True)
+    number = np.full(len(head.faces), -1, np.int32)
+    number[faces] = np.arange(len(faces))
+    small = replace(
+        head,
+        mean=head.mean[used],
+        faces=compact.reshape(-1, 3).astype(np.int32),
+        uv_faces=head.uv_faces[faces],
+        face_part=head.face_part[faces],
+        follow=head.follow[used],
+        identity_basis=head.identity_basis[:, used],
+        expression_basis=np.ascontiguousarray(head.expression_basis[:, used]),
+        landmark_faces=number[head.landmark_faces],
+    )
+    return replace(subject, head=small, neutral=subject.neutral[used])
+
+
+def crop_camera(subject, camera):
+    """Cut the mouth, as far as it opens, out of the face camera; sides a multiple of 32."""
+    lips = cameras.project(subject.head.landmarks(subject.neutral)[list(LIPS)], camera)
+    width = np.ptp(lips[:, 0])
+    size = np.array([1.75 * width, 1.75 * width]) * SCALE
+    size = (np.ceil(size / 32) * 32).astype(int)
+    middle = lips.mean(0) + [0, 0.28 * width]
+    corner = middle - size / 2 / SCALE
+    return cameras.crop(camera, *corner, *size, SCALE)
+
+
+def mouth_texture(subject, generator, camera, sheet, expression):
+    """The mouth sheet [h, w, 3] float32 linear in one pose."""
+    seen = condition(
+        subject.head, subject.neutral, subject.texture, expression, (0.0, 0.0), camera
+    )
+    picture = generator.generate(subject, seen, interior_only=True).image
+    pixels = cameras.project(sheet.at(seen.vertices), camera)
+    shown = is_part(seen.part, *MOUTH).astype(np.float32)
+    weight = sheet.paint(np.clip(bilinear(shown, pixels) * 2 - 1, 0, 1))
+    color = sheet.paint(bilinear(picture, pixels))
+    return np.maximum(diffuse(color, weight), 0) if weight.max() > 0 else None
+
+
+def mouth_textures(subject, generator, camera, poses, size):
+    """Yield the texture of each pose [M, E]; a closed mouth gets the last dark colour of the lips."""
+    small = cut(subject)
+    sheet = make_carrier(small.head, "mouth_sheet", size)
+    crop = crop_camera(subject, camera)
+    closed = None
+    for expression in poses:
+        picture = mouth_texture(small, generator, crop, sheet, expression)
+        if picture is None:
+            if closed is None:
+                closed = np.full(sheet.shape + (3,), _lining(subject), np.float32)
+            picture = closed
+        yield picture
+
+
+def _lining(subject):
+    """Colour of the mouth's lining in the shade of closed lips."""
+    head = subject.head
+    uv = head.uv[head.uv_faces[head.part_faces("mouth_cavity")]].mean(1)
+    return 0.2 * np.median(bilinear(subject.texture, uv * subject.texture.shape[0]), 0)
+
+
+def spread(candidates, count):
+    """Choose `count` of [N, D] spread evenly: each next one is farthest from those before.
+
+    Args:
+        candidates: [N, D]; the first is always chosen.
+
+    Returns:
+        [count] indices.
+
+    References:
+        Gonzalez, "Clustering to minimize the maximum intercluster distance", TCS 38, 1985.
+    """
+    chosen = [0]
+    nearest = ((candidates - candidates[0]) ** 2).sum(1)
+    for _ in range(count - 1):
+        farthest = int(nearest.argmax())
+        chosen.append(farthest)
+        nearest = np.minimum(nearest, ((candidates - candidates[farthest]) ** 2).sum(1))
+    return np.array(chosen)
+
+
+VISEMES = {  # our own mixes of ARKit shapes for the usual fifteen mouth shapes of speech
+    "PP": {"mouthPressLeft": 0.4, "mouthPressRight": 0.4, "mouthClose": 0.05, "jawOpen": 0.05},
+    "FF": {"mouthRollLower": 0.5, "mouthUpperUpLeft": 0.3, "mouthUpperUpRight": 0.3, "jawOpen": 0.1},
+    "TH": {"jawOpen": 0.2, "mouthLowerDownLeft": 0.2, "mouthLowerDownRight": 0.2},
+    "DD": {"jawOpen": 0.18, "mouthLowerDownLeft": 0.3, "mouthLowerDownRight": 0.3, "mouthUpperUpLeft": 0.15, "mouthUpperUpRight": 0.15},
+    "KK": {"jawOpen": 0.28, "mouthStretchLeft": 0.2, "mouthStretchRight": 0.2},
+    "CH": {"mouthFunnel": 0.6, "jawOpen": 0.12, "mouthLowerDownLeft": 0.3, "mouthLowerDownRight": 0.3, "mouthUpperUpLeft": 0.3, "mouthUpperUpRight": 0.3},
+    "SS": {"jawOpen": 0.06, "mouthStretchLeft": 0.4, "mouthStretchRight": 0.4, "mouthLowerDownLeft": 0.4, "mouthLowerDownRight": 0.4, "mouthUpperUpLeft": 0.2, "mouthUpperUpRight": 0.2},
+    "NN": {"jawOpen": 0.15, "mouthLowerDownLeft": 0.2, "mouthLowerDownRight": 0.2},
+    "RR": {"jawOpen": 0.15, "mouthFunnel": 0.3, "mouthPucker": 0.3},
+    "AA": {"jawOpen": 0.6, "mouthLowerDownLeft": 0.2, "mouthLowerDownRight": 0.2},
+    "EE": {"jawOpen": 0.25, "mouthStretchLeft": 0.4, "mouthStretchRight": 0.4, "mouthSmileLeft": 0.2, "mouthSmileRight": 0.2},
+    "IH": {"jawOpen": 0.2, "mouthSmileLeft": 0.35, "mouthSmileRight": 0.35, "mouthLowerDownLeft": 0.25, "mouthLowerDownRight": 0.25},
+    "OH": {"jawOpen": 0.4, "mouthFunnel": 0.5},
+    "OU": {"jawOpen": 0.2, "mouthPucker": 0.7, "mouthFunnel": 0.2},
+    "SIL": {},
+}  # fmt: skip
+RANGE = (  # what moves the lips besides speech
+    "jawOpen jawLeft jawRight jawForward mouthSmileLeft mouthSmileRight mouthFrownLeft "
+    "mouthFrownRight mouthStretchLeft mouthStretchRight mouthUpperUpLeft mouthUpperUpRight "
+    "mouthLowerDownLeft mouthLowerDownRight mouthFunnel mouthPucker mouthLeft mouthRight "
+    "mouthRollLower mouthRollUpper mouthShrugUpper mouthShrugLower tongueOut"
+).split()
+
+
+def candidate_poses(rng, count=6000):
+    """Random talking and expressive mouths [count, E]; the first is neutral."""
+    visemes = np.stack([weights(mix) for mix in VISEMES.values()])
+    number = {name: EXPRESSIONS.index(name) for name in EXPRESSIONS}
+    out = np.zeros((count, len(EXPRESSIONS)), np.float32)
+    for row in range(1, count):
+        a, b = rng.integers(len(visemes), size=2)
+        pose = rng.uniform(0.4, 1.3) * visemes[a] + rng.uniform(0, 0.6) * visemes[b]
+        for name in rng.choice(RANGE, rng.integers(0, 4), replace=False):
+            amount = rng.uniform(0, 0.9)
+            pose[number[name]] += amount
+            twin = name.replace("Left", "Right") if "Left" in name else name.replace("Right", "Left")
+            paired = twin != name and not name.startswith("jaw") and name not in ("mouthLeft", "mouthRight")
+            if paired and rng.random() < 0.75:
+                pose[number[twin]] += amount * rng.uniform(0.7, 1.0)
+        out[row] = np.clip(pose, 0, 1)
+    return out
