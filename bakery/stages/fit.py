@@ -1,0 +1,158 @@
+"""Photo and landmarks to a fitted head: camera, identity, expression, light, albedo, warp."""
+
+import time
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from bakery.errors import FitError
+from bakery.geometry import camera as cameras
+from bakery.geometry import rotation
+from bakery.heads.base import look
+from bakery.stages import fit_points as groups
+from bakery.stages.fit_gaze import fit_gaze
+from bakery.stages.fit_landmarks import (
+    LandmarkModel,
+    Shape,
+    Weights,
+    fit_points,
+    start_camera,
+)
+from bakery.stages.warp import residual_offsets, unfolded_residual
+from bakery.types import EXPRESSIONS, Fit
+
+FILM_DIAGONAL = 43.27  # mm, of the 35 mm frame that EXIF focal lengths refer to
+SMALLEST_FACE = 24.0  # pixels between the outer eye corners; less cannot be fitted
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """How to fit. Distances in millimetres unless a name says otherwise."""
+
+    weights: Weights = field(default_factory=Weights)
+    modes: int = 80  # identity modes used (Saito sec. 3)
+    focal: float = 1.8  # default focal length, times the longer side of the photo
+    landmark_steps: int = 8
+    photometric: bool = True
+    warp: bool = True  # end with the smooth warp onto the landmarks
+
+
+def landmark_model(head, modes):
+    """The head's LandmarkModel, built once and kept on it."""
+    kept = head.__dict__.get("_landmark_model")
+    if kept is None or kept.modes != min(modes, len(head.identity_basis)):
+        kept = head.__dict__["_landmark_model"] = LandmarkModel(head, modes)
+    return kept
+
+
+def prepare(head, options=FitOptions()):
+    """Build what every fit of this head shares, so that the first is as fast as the next."""
+    landmark_model(head, options.modes)
+    residual_offsets(head, np.ones((groups.FACE, 3)))
+
+
+def focal_length(photo, options):
+    """Focal length in pixels, and where it comes from: "exif" or "default".
+
+    Landmarks alone cannot tell it: their error is flat from 1.3 to 6 image widths.
+    """
+    height, width = photo.encoded.shape[:2]
+    if photo.focal_35mm:
+        return photo.focal_35mm / FILM_DIAGONAL * float(np.hypot(width, height)), "exif"
+    return options.focal * max(width, height), "default"
+
+
+def fit(photo, landmarks, head, options=FitOptions(), skin=None):
+    """Fit the head model to one face of a photo.
+
+    Args:
+        photo: Photo.
+        landmarks: Landmarks of the face.
+        head: HeadModel.
+        skin: [H, W] 0..1, how surely each pixel is bare skin (`stages.segment`); None trusts
+            every pixel that the head covers.
+
+    Returns:
+        Fit.
+
+    Raises:
+        FitError: the landmarks are too small or no head projects to them.
+
+    References:
+        Thies et al., "Face2Face", CVPR 2016; Saito et al., "Photorealistic Facial Texture
+        Inference Using Deep Neural Networks", CVPR 2017, sec. 3; Nagano et al., "paGAN",
+        SIGGRAPH Asia 2018, sec. 4.
+    """
+    begin = time.perf_counter()
+    points = np.asarray(landmarks.points, np.float64)
+    confidence = np.asarray(landmarks.confidence, np.float64)
+    size = float(groups.face_size(points))
+    if size < SMALLEST_FACE:
+        raise FitError(
+            f"the outer eye corners are {size:.0f} pixels apart, at least {SMALLEST_FACE:.0f} are "
+            "needed; use a larger picture of the face"
+        )
+    height, width = photo.encoded.shape[:2]
+    focal, source = focal_length(photo, options)
+    model = landmark_model(head, options.modes)
+    shape = Shape(np.zeros(len(head.identity_basis)), np.zeros(len(EXPRESSIONS)))
+    camera = start_camera(model, points, confidence, focal, width, height)
+    camera, shape, gaze = landmark_fit(head, model, camera, shape, points, confidence, options)
+    light = np.zeros((9, 3))
+    light[0] = 1 / 0.282095
+    residual = np.zeros((groups.FACE, 3))
+    if options.warp:
+        residual = landmark_residuals(head, model, camera, shape, points, confidence)
+    offsets = residual_offsets(head, residual)
+    neutral = head.neutral(shape.identity, offsets)
+    gaze = fit_gaze(head, neutral, camera, points, confidence, shape.expression)
+    vertices = head.vertices(neutral, shape.expression, gaze)
+    projected = cameras.project(head.landmarks(vertices).astype(np.float64), camera)
+    return Fit(
+        head=head.name,
+        camera=camera,
+        identity=shape.identity,
+        expression=shape.expression,
+        gaze=gaze,
+        light=light,
+        albedo=np.zeros(0),
+        residual=residual,
+        landmarks_projected=projected,
+        seconds=time.perf_counter() - begin,
+        focal_source=source,
+        diagnostics={},
+    )
+
+
+def landmark_fit(head, model, camera, shape, points, confidence, options):
+    """The landmark-only stage: pose and shape, with lids that follow the gaze.
+
+    Returns:
+        camera, shape, gaze [2].
+    """
+    steps = options.landmark_steps
+    gaze = np.zeros(2)
+    for count in (3, steps):
+        camera, shape = fit_points(
+            model, camera, shape, points, confidence, options.weights, steps=count
+        )
+        gaze = fit_gaze(
+            head, head.neutral(shape.identity), camera, points, confidence, shape.expression
+        )
+        shape = replace(shape, expression=look(shape.expression, gaze).astype(np.float64))
+    return camera, shape, gaze
+
+
+def landmark_residuals(head, model, camera, shape, points, confidence):
+    """What the linear model leaves at the landmarks, smoothed: [468, 3] mm in head space.
+
+    A landmark moves parallel to the image plane, since the photo says nothing about depth.
+    """
+    inside = cameras.to_camera(model.points(shape), camera)
+    miss = points[: groups.FACE] - cameras.project_camera(inside, camera)
+    wanted = np.zeros_like(inside)
+    scale = -inside[:, 2:] / camera.focal
+    wanted[:, :2] = miss * scale * [1, -1]
+    wanted = wanted @ rotation.matrix(camera.rotation)
+    reference = head.neutral(shape.identity)
+    return unfolded_residual(head, reference, wanted, confidence[: groups.FACE])

@@ -1,0 +1,179 @@
+"""A smooth warp of the head that carries its landmarks where the photo shows them."""
+
+import numpy as np
+
+from bakery.geometry import mesh
+from bakery.stages import fit_points as groups
+from bakery.types import EXPRESSION_INDEX
+
+REACH = 22.0  # mm, length scale of the displacement field; three of them away it is nearly gone
+FINE = 7.0  # mm, a second, shorter scale, so that lids and lips can follow their own landmarks
+FINE_SHARE = 0.15  # of the variance that the short scale has
+NOISE = 0.02  # share of the variance at a landmark of full confidence
+
+
+def kernel(a, b):
+    """Covariance [A, B] of the displacement between points [A, D] and [B, D] mm.
+
+    A sum of two Matern-3/2 kernels: once differentiable, so no crease, and fading with distance.
+    """
+    square = (a**2).sum(1)[:, None] + (b**2).sum(1)[None] - 2 * a @ b.T
+    distance = np.sqrt(np.maximum(square, 0))
+
+    def matern(scale):
+        ratio = np.sqrt(3) * distance / scale
+        return (1 + ratio) * np.exp(-ratio)
+
+    return (1 - FINE_SHARE) * matern(REACH) + FINE_SHARE * matern(FINE)
+
+
+def opened(head):
+    """Vertices [V, 3] mm of the mean head with mouth and eyes wide open.
+
+    Distances measured there keep the lips, and the lids, apart: what opens counts as distance, so
+    that a warp of one lip leaves the other alone (a closed mouth would be welded).
+    """
+    out = head.mean.astype(np.float64)
+    for name in ("jawOpen", "eyeWideLeft", "eyeWideRight"):
+        out = out + head.expression_basis[EXPRESSION_INDEX[name]]
+    return out
+
+
+def smooth_residual(head, seen, confidence):
+    """The smooth field at the landmarks that explains their displacements best.
+
+    Args:
+        seen: [468, 3] mm, head space, displacement each landmark asks for.
+        confidence: [468] 0..1; 0 leaves a landmark to its neighbours.
+
+    Returns:
+        [468, 3] mm.
+    """
+    prior = warp_matrices(head)[1]
+    noise = NOISE / np.clip(confidence, 1e-3, 1) ** 2
+    return prior @ np.linalg.solve(prior + np.diag(noise), seen)
+
+
+def residual_offsets(head, residual, identity=None):
+    """Displacement of every vertex that moves the landmarks of the neutral head by `residual`.
+
+    Teeth, gums and tongue move rigidly, the upper ones with the base of the nose, the lower ones
+    with the chin; eyeballs and their caps move with the middle of their lids; the mouth sheet spans
+    the moved lips. Far from the face nothing moves.
+
+    Args:
+        head: HeadModel.
+        residual: [468, 3] mm, head space (`Fit.residual`).
+        identity: not used; the weights depend on the mean head alone, so that they can be kept.
+
+    Returns:
+        offsets [V, 3] float32 mm, for `HeadModel.neutral`.
+    """
+    residual = np.asarray(residual, np.float32)
+    if not residual.any():
+        return np.zeros(head.mean.shape, np.float32)
+    return warp_matrices(head)[0] @ residual
+
+
+def warp_matrices(head):
+    """Weights [V, 468] of the landmarks at each vertex, and their own covariance [468, 468].
+
+    Computed once a head and kept on it.
+    """
+    kept = head.__dict__.get("_warp_matrices")
+    if kept is None:
+        kept = head.__dict__["_warp_matrices"] = _build(head)
+    return kept
+
+
+def _build(head):
+    vertices = opened(head)
+    corners = head.landmark_vertices[: groups.FACE]
+    weight = head.landmark_barycentric[: groups.FACE].astype(np.float64)
+    points = np.einsum("lkc,lk->lc", vertices[corners], weight)
+    prior = kernel(points, points)
+    field = kernel(vertices, points)  # [V, 468]
+
+    def at_landmarks(matrix):
+        return np.einsum("lkn,lk->ln", matrix[corners], weight)
+
+    # Landmarks lie inside faces, whose corners the field moves: solve for what they do move.
+    # The small ridge bounds the weights where two landmarks nearly coincide.
+    carried = at_landmarks(field)
+    carried = (carried + carried.T) / 2
+    matrix = field @ np.linalg.inv(carried + 1e-3 * np.eye(groups.FACE))
+    for part, anchors in (
+        ("teeth_upper gums_upper", groups.NOSE_BASE),
+        ("teeth_lower gums_lower tongue", groups.CHIN),
+        ("eye_left eye_cap_left", groups.LIDS_LEFT),
+        ("eye_right eye_cap_right", groups.LIDS_RIGHT),
+    ):
+        rigid = head.part_vertices(*part.split())
+        matrix[rigid] = 0
+        matrix[np.ix_(rigid, np.asarray(anchors))] = 1 / len(anchors)
+    matrix = _span_sheet(head, matrix)
+    return matrix.astype(np.float32), prior
+
+
+def _span_sheet(head, matrix):
+    """Let the inside of the mouth sheet follow its rim: harmonic on its own edges."""
+    faces = head.faces[head.part_faces("mouth_sheet")]
+    if not len(faces):
+        return matrix
+    inside = np.unique(faces)
+    rim = np.unique(np.concatenate(mesh.boundary_loops(faces)))
+    inside = np.setdiff1d(inside, rim)
+    place = np.full(len(matrix), -1)
+    place[inside] = np.arange(len(inside))
+    system = np.zeros((len(inside), len(inside)))
+    right = np.zeros((len(inside), matrix.shape[1]))
+    for a, b in mesh.edges(faces):
+        for here, there in ((a, b), (b, a)):
+            if place[here] < 0:
+                continue
+            system[place[here], place[here]] += 1
+            if place[there] < 0:
+                right[place[here]] += matrix[there]
+            else:
+                system[place[here], place[there]] -= 1
+    matrix[inside] = np.linalg.solve(system, right)
+    return matrix
+
+
+def unfolded_residual(head, reference, seen, confidence, rounds=8):
+    """The smoothed residual, smoothed more around every face of skin that it would fold.
+
+    Args:
+        reference: [V, 3] mm, the neutral shape before the warp.
+        seen: [468, 3] mm, displacement each landmark asks for.
+        confidence: [468] 0..1.
+        rounds: at most; what still folds then is left to a residual of zero nearby.
+
+    Returns:
+        [468, 3] mm.
+    """
+    faces = head.faces[head.part_faces("skin")]
+    trust = np.array(confidence, np.float64)
+    landmarks = head.landmarks(reference)[: groups.FACE]
+    for turn in range(rounds):
+        residual = smooth_residual(head, seen, trust)
+        bad = folded(reference + residual_offsets(head, residual), faces, reference)
+        if not len(bad):
+            break
+        centers = reference[faces[bad]].mean(1)
+        square = ((landmarks[:, None] - centers[None]) ** 2).sum(-1).min(1)
+        near = 1 / (1 + square / (4.0 + 2.0 * turn) ** 2)  # 1 at the fold, half 4 mm away
+        trust *= 1 - 0.6 * near
+    return residual
+
+
+def folded(vertices, faces, reference, cosine=0.1):
+    """Indices of faces [N] whose normal turned away from where it pointed before the warp.
+
+    Args:
+        vertices, reference: [V, 3] after and before.
+        cosine: largest cosine between the two normals that still counts as folded.
+    """
+    after, before = (mesh.face_normals(shape, faces) for shape in (vertices, reference))
+    length = np.linalg.norm(after, axis=1) * np.linalg.norm(before, axis=1)
+    return np.flatnonzero((after * before).sum(1) <= cosine * length)
