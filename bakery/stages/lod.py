@@ -1,0 +1,175 @@
+"""Cut the head into surfaces, and make them coarser with their shapes and uv."""
+
+import fast_simplification
+import numpy as np
+
+from bakery.formats.glb import Surface
+from bakery.geometry.mesh import vertex_normals
+from bakery.heads.base import CARRIERS
+from bakery.types import EXPRESSIONS
+
+SHARES = (1.0, 0.5, 0.2, 0.05)  # of the triangles
+MATERIALS = {  # lashes and tear shells are left out: they need an alpha that the atlas lacks
+    "skin": ("skin", "eye_socket", "mouth_cavity"),
+    "eyes": ("eye_left", "eye_right"),
+    "teeth": ("teeth_upper", "teeth_lower", "gums_upper", "gums_lower"),
+    "tongue": ("tongue",),
+}
+ROUNDS = 6  # of simplification at most, each more aggressive than the last
+
+
+def head_surfaces(head, neutral):
+    """The head of one person as surfaces.
+
+    Args:
+        head: HeadModel.
+        neutral: [V, 3] mm.
+
+    Returns:
+        surfaces of the head itself, and those of the carriers.
+    """
+    neutral = np.asarray(neutral, np.float32)
+    shapes = np.stack(
+        [
+            head.vertices(neutral, one) - neutral
+            for one in np.eye(len(EXPRESSIONS), dtype=np.float32)
+        ]
+    )
+    inside = [_surface(head, neutral, shapes, name, parts) for name, parts in MATERIALS.items()]
+    carriers = [_surface(head, neutral, shapes, name, (name,)) for name in CARRIERS]
+    return [piece for piece in inside if piece], [piece for piece in carriers if piece]
+
+
+def _surface(head, neutral, shapes, name, parts):
+    """The faces of some parts, vertices split where the atlas is."""
+    chosen = head.part_faces(*parts)
+    if not len(chosen):
+        return None
+    corners = np.stack([head.faces[chosen].ravel(), head.uv_faces[chosen].ravel()], 1)
+    pairs, index = np.unique(corners, axis=0, return_inverse=True)
+    normals = vertex_normals(neutral, head.faces[chosen])
+    return Surface(
+        name=name,
+        vertices=neutral[pairs[:, 0]],
+        normals=normals[pairs[:, 0]],
+        uv=np.clip(head.uv[pairs[:, 1]], 0, 1),
+        faces=index.reshape(-1, 3),
+        shapes=shapes[:, pairs[:, 0]],
+    )
+
+
+def simplify(surface, share):
+    """A surface with about `share` of its triangles.
+
+    Borders, the cuts of the atlas among them, stay as they are, so that no gap opens. Shapes, uv
+    and normals are read from the original surface, at the nearest point among the faces that a new
+    vertex stands for: never across a cut.
+
+    Args:
+        surface: Surface.
+        share: 0..1.
+
+    Returns:
+        Surface; less coarse than asked where the border alone takes more.
+    """
+    wanted = int(len(surface.faces) * share)
+    if share >= 1 or wanted < 4:
+        return surface
+    vertices = surface.vertices.astype(np.float64)
+    faces = surface.faces.astype(np.int32)
+    for step in range(ROUNDS):
+        _, triangles, collapses = fast_simplification.simplify(
+            vertices,
+            faces,
+            target_count=wanted,
+            agg=5 + 2 * step,
+            return_collapses=True,
+            preserve_border=True,
+        )
+        if len(triangles) <= 1.05 * wanted:
+            break
+    points, triangles, stands_for = fast_simplification.replay_simplification(
+        vertices, faces, collapses
+    )
+    face, weights = _nearest(points, stands_for, vertices, faces)
+    corners = faces[face]  # [N, 3]
+
+    def carried(values):
+        return np.einsum("nk,...nkc->...nc", weights, values[..., corners, :])
+
+    # Positions are carried as well: on the surface, and exactly where uv and shapes were read.
+    return Surface(
+        name=surface.name,
+        vertices=carried(vertices).astype(np.float32),
+        normals=carried(surface.normals.astype(np.float64)),
+        uv=np.clip(carried(surface.uv.astype(np.float64)), 0, 1).astype(np.float32),
+        faces=triangles.astype(np.int64),
+        shapes=carried(surface.shapes.astype(np.float64)).astype(np.float32),
+    )
+
+
+def _nearest(points, stands_for, vertices, faces):
+    """The nearest place on the original surface for each new vertex.
+
+    Args:
+        points: [N, 3] new vertices.
+        stands_for: [V] which new vertex each old one went into.
+        vertices, faces: the original surface.
+
+    Returns:
+        face [N] and barycentric [N, 3].
+    """
+    owner = stands_for[faces]  # [F, 3] the new vertices that a face's corners went into
+    pairs = np.unique(np.stack([owner.ravel(), np.repeat(np.arange(len(faces)), 3)], 1), axis=0)
+    pairs = pairs[(pairs[:, 0] >= 0) & (pairs[:, 0] < len(points))]
+    weights = closest_barycentric(points[pairs[:, 0]], vertices[faces[pairs[:, 1]]])
+    place = np.einsum("nk,nkc->nc", weights, vertices[faces[pairs[:, 1]]])
+    distance = ((place - points[pairs[:, 0]]) ** 2).sum(1)
+    order = np.lexsort([pairs[:, 1], distance, pairs[:, 0]])
+    first = order[np.unique(pairs[order, 0], return_index=True)[1]]
+    return pairs[first, 1], weights[first]
+
+
+def closest_barycentric(points, triangles):
+    """The closest point of each triangle, as barycentric coordinates.
+
+    Args:
+        points: [N, 3].
+        triangles: [N, 3, 3] corners.
+
+    Returns:
+        [N, 3], not negative, sum 1.
+
+    References:
+        Ericson, "Real-Time Collision Detection", sec. 5.1.5: the plane's point where it lies
+        inside, else the closest point of the three edges.
+    """
+    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+    best = np.full(len(points), np.inf)
+    out = np.zeros((len(points), 3))
+    for start, end in ((0, 1), (1, 2), (2, 0)):
+        edge = triangles[:, end] - triangles[:, start]
+        length = np.maximum((edge**2).sum(1), 1e-20)
+        along = np.clip(((points - triangles[:, start]) * edge).sum(1) / length, 0, 1)
+        off = ((triangles[:, start] + along[:, None] * edge - points) ** 2).sum(1)
+        nearer = off < best
+        best[nearer] = off[nearer]
+        out[nearer] = 0
+        out[nearer, start] = 1 - along[nearer]
+        out[nearer, end] = along[nearer]
+    normal = np.cross(b - a, c - a)
+    area = np.maximum((normal**2).sum(1), 1e-20)
+    plane = (
+        np.stack(
+            [
+                (np.cross(c - b, points - b) * normal).sum(1),
+                (np.cross(a - c, points - c) * normal).sum(1),
+                (np.cross(b - a, points - a) * normal).sum(1),
+            ],
+            1,
+        )
+        / area[:, None]
+    )
+    inside = (plane >= 0).all(1) & ((normal**2).sum(1) > 1e-20)
+    out[inside] = plane[inside] / plane[inside].sum(1, keepdims=True)
+    return out

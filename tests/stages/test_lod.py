@@ -1,0 +1,88 @@
+"""Coarser surfaces keep place, uv and shapes; the file passes Khronos' validator."""
+
+import json
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bakery.formats.glb import Surface, write_glb
+from bakery.formats.image import encode_image
+from bakery.stages.lod import closest_barycentric, simplify
+from bakery.types import EXPRESSIONS
+
+VALIDATOR = Path(__file__).resolve().parents[2] / "node_modules" / "gltf-validator"
+VALIDATE = """
+const v = require(process.argv[1]), fs = require('fs');
+v.validateBytes(new Uint8Array(fs.readFileSync(process.argv[2])), {maxIssues: 20})
+ .then(r => console.log(JSON.stringify(r.issues)));
+"""
+
+
+def dome(side=40):
+    """A bent sheet whose uv and shapes are known functions of the place: [side^2] vertices."""
+    y, x = np.mgrid[0 : 1 : side * 1j, 0 : 1 : side * 1j].reshape(2, -1)
+    vertices = np.stack([100 * x, -100 * y, 30 * np.sin(3 * x) * np.cos(2 * y)], 1)
+    index = np.arange(side * side).reshape(side, side)
+    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, :-1], index[1:, 1:]
+    faces = np.concatenate(
+        [np.stack([a, c, b], -1).reshape(-1, 3), np.stack([b, c, d], -1).reshape(-1, 3)]
+    )
+    shapes = np.zeros((len(EXPRESSIONS), len(vertices), 3), np.float32)
+    shapes[0, :, 2] = 10 * x
+    shapes[1, :5, 1] = 3
+    normals = np.tile([0.0, 0.0, 1.0], (len(vertices), 1))
+    return Surface("skin", vertices.astype(np.float32), normals, np.stack([x, y], 1), faces, shapes)
+
+
+@pytest.mark.parametrize("share", [0.5, 0.2])
+def test_uv_and_shapes_follow_the_place(share):
+    surface = dome()
+    coarse = simplify(surface, share)
+    assert len(coarse.faces) <= 1.1 * share * len(surface.faces)
+    np.testing.assert_allclose(coarse.uv[:, 0], coarse.vertices[:, 0] / 100, atol=1e-4)
+    np.testing.assert_allclose(coarse.uv[:, 1], -coarse.vertices[:, 1] / 100, atol=1e-4)
+    np.testing.assert_allclose(coarse.shapes[0, :, 2], coarse.vertices[:, 0] / 10, atol=1e-3)
+    low, high = coarse.vertices.min(0), coarse.vertices.max(0)
+    np.testing.assert_allclose([low[:2], high[:2]], [[0, -100], [100, 0]], atol=1e-3)  # border
+
+
+def test_closest_point_of_a_triangle():
+    triangle = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    points = np.array([[0.2, 0.3, 5.0], [2, 0, 0], [-1, -1, 0], [1, 1, 0], [0.5, -3, 1]])
+    expected = [[0.5, 0.2, 0.3], [0, 1, 0], [1, 0, 0], [0, 0.5, 0.5], [0.5, 0.5, 0]]
+    found = closest_barycentric(points, np.tile(triangle, (5, 1, 1)))
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def issues_of(path):
+    """What Khronos' validator finds; skips where it is not installed."""
+    if not VALIDATOR.exists():
+        pytest.skip("needs `npm install gltf-validator` in the checkout")
+    run = subprocess.run(
+        ["node", "-e", VALIDATE, str(VALIDATOR), str(path)], capture_output=True, text=True
+    )
+    assert run.returncode == 0, run.stderr
+    return json.loads(run.stdout)
+
+
+def test_glb_is_valid_and_named(tmp_path):
+    import pygltflib
+
+    surface = dome()
+    texture = encode_image(np.full((16, 16, 3), 0.5), ".jpg")
+    path = tmp_path / "head.glb"
+    sheet = Surface(**{**dome(8).__dict__, "name": "mouth_sheet"})
+    write_glb(
+        path, [[surface], [simplify(surface, 0.2)]], [sheet], EXPRESSIONS, texture, "bakery test"
+    )
+    document = pygltflib.GLTF2().load(str(path))
+    assert document.meshes[0].extras["targetNames"] == list(EXPRESSIONS)
+    assert all(len(p.targets) == 52 for mesh in document.meshes for p in mesh.primitives)
+    first = path.read_bytes()
+    write_glb(
+        path, [[surface], [simplify(surface, 0.2)]], [sheet], EXPRESSIONS, texture, "bakery test"
+    )
+    assert path.read_bytes() == first
+    assert issues_of(path)["numErrors"] == 0
