@@ -44,13 +44,13 @@ _SKIN = """
     zzzzzzzzzzzzzzzzzzzzzzzzz
     zzzzzzzzzzzzzzzzzzzzzzzzz
     yyzzzzzzzzzzzzzzzzzzzzzzz
-    yyyzyyxwvwxxxxxxxyzzzzzzz
-    yyyyxuqnmortutsssuwyyzzzz
-    xxxwtmfa9ckpqpmjikpuxyyyy
-    wvvrlc5226flmje968enuxyyy
-    ppnib41014adda63127grxyyy
-    ddc8410001454321013amvxyy
-    44321000001110000016isvvv
+    yyyzyyxwvwxyzzzyzzzzzzzzz
+    yyyyxuqnmnqvxxwvvwxyyzzzz
+    xxxwtmfa9agqutqmkmpuxyyyy
+    wvvrlc5224blpmga78dnuxyyy
+    ppnib410027deb73126grxyyy
+    ddc8410001355321002amvxyy
+    44321000000111000016isvvv
     11000000000000000015fquuu
     00000000000000000014eostt
     00000000000000000014ckpqq
@@ -67,13 +67,13 @@ _HAIR = """
     0000000000000000000000000
     0000000000000000000000000
     1100000000000000000000000
-    1110112343222222110000000
-    1111259cdb865666431100000
-    22236dkopme98788764211111
-    3448entvtpf97777765421111
-    aachoturojd86655555431111
-    mmnqttojfb865433445542100
-    vvvvsmga75443222234552110
+    1110112343210000000000000
+    1111259cdc942222211100000
+    22236dkoqoi83345544311111
+    3448entvurk94456666421111
+    aachoturolg84445566531111
+    mmnqttojfc964333445542100
+    vvvvsmga76543222234552110
     xxvrle8532222111223453100
     tsojc74211111111112342100
     jhe9531100000000111231100
