@@ -6,13 +6,15 @@ import numpy as np
 
 @numba.njit(cache=True, nogil=True)
 def _hash(x, y, z, seed):
-    h = np.uint32(seed)
-    h ^= np.uint32(x) * np.uint32(0x8DA6B343)
-    h ^= np.uint32(y) * np.uint32(0xD8163841)
-    h ^= np.uint32(z) * np.uint32(0xCB1AB31F)
-    h = (h ^ (h >> np.uint32(16))) * np.uint32(0x7FEB352D)
-    h = (h ^ (h >> np.uint32(15))) * np.uint32(0x846CA68B)
-    h = h ^ (h >> np.uint32(16))
+    """Integers to -1..1; 64-bit words are cut to 32 bits, since numba widens every product."""
+    mask = np.uint64(0xFFFFFFFF)
+    h = np.uint64(seed)
+    h ^= (np.uint64(x) * np.uint64(0x8DA6B343)) & mask
+    h ^= (np.uint64(y) * np.uint64(0xD8163841)) & mask
+    h ^= (np.uint64(z) * np.uint64(0xCB1AB31F)) & mask
+    h = ((h ^ (h >> np.uint64(16))) * np.uint64(0x7FEB352D)) & mask
+    h = ((h ^ (h >> np.uint64(15))) * np.uint64(0x846CA68B)) & mask
+    h ^= h >> np.uint64(16)
     return np.float64(h) / 2147483648.0 - 1.0
 
 
