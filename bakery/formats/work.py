@@ -1,0 +1,89 @@
+"""The work folder of a bake: finished steps, each known by what it was made from.
+
+An entry is a file and, beside it, the key it was made for and its hash. Another key means other
+input or options, another hash means damage; both mean: make it again.
+"""
+
+import contextlib
+import fcntl
+import hashlib
+import json
+import logging
+import os
+import shutil
+import tempfile
+from pathlib import Path
+
+from bakery.errors import InputError
+from bakery.formats.files import digest, disk_error, write_bytes
+from bakery.formats.place import prefix
+
+log = logging.getLogger(__name__)
+
+
+def key_of(*parts):
+    """A key from anything JSON can hold."""
+    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+
+
+class Work:
+    """Finished steps in a folder."""
+
+    def __init__(self, folder):
+        self.folder = Path(folder)
+
+    def get(self, name, key):
+        """The bytes of an entry, or None if there is none for this key or it is damaged."""
+        try:
+            about = json.loads((self.folder / f"{name}.key").read_bytes())
+            if about["key"] != key:
+                log.info("%s: made from something else, made again", name)
+                return None
+            data = (self.folder / name).read_bytes()
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+        if digest(data) != about["sha256"]:
+            log.warning("%s: damaged in the work folder, made again", name)
+            return None
+        log.info("%s: taken from the work folder", name)
+        return data
+
+    def put(self, name, key, data):
+        """Keep an entry."""
+        write_bytes(self.folder / name, data)
+        about = {"key": key, "sha256": digest(data)}
+        write_bytes(self.folder / f"{name}.key", json.dumps(about).encode())
+
+
+@contextlib.contextmanager
+def work_folder(target, folder=None):
+    """The work folder of a bundle: beside it, hidden, gone when the bundle is complete.
+
+    Two bakes of the same bundle at once do not share it: the second gets one of its own.
+
+    Args:
+        folder: a folder to use and to keep instead.
+    """
+    target = Path(os.path.abspath(target))
+    kept = folder is not None
+    place = Path(folder) if kept else target.parent / f"{prefix(target)}work"
+    try:
+        if place.exists() and not place.is_dir():
+            raise InputError(f"{place}: is no folder; give another --work")
+        place.mkdir(parents=True, exist_ok=True)
+        lock = open(place / "lock", "wb")
+    except OSError as error:
+        raise disk_error(place, error) from None
+    with lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            with tempfile.TemporaryDirectory(prefix=prefix(target), dir=target.parent) as own:
+                yield Work(own)
+            return
+        for stale in place.glob(".new-*"):
+            with contextlib.suppress(OSError):
+                stale.unlink()
+        yield Work(place)
+        if not kept:
+            shutil.rmtree(place, ignore_errors=True)
