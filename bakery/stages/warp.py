@@ -1,5 +1,8 @@
 """A smooth warp of the head that carries its landmarks where the photo shows them."""
 
+from dataclasses import dataclass
+
+import numba
 import numpy as np
 
 from bakery.geometry import mesh
@@ -9,6 +12,7 @@ from bakery.types import EXPRESSION_INDEX
 REACH = 22.0  # mm, length scale of the displacement field; three of them away it is nearly gone
 FINE = 7.0  # mm, a second, shorter scale, so that lids and lips can follow their own landmarks
 FINE_SHARE = 0.15  # of the variance that the short scale has
+FOLDS_FROM = 0.5  # sum of weights from which a face of skin is watched for folding
 NOISE = 0.02  # share of the variance at a landmark of full confidence
 
 
@@ -49,7 +53,7 @@ def smooth_residual(head, seen, confidence):
     Returns:
         [468, 3] mm.
     """
-    prior = warp_matrices(head)[1]
+    prior = warp_weights(head).prior
     noise = NOISE / np.clip(confidence, 1e-3, 1) ** 2
     return prior @ np.linalg.solve(prior + np.diag(noise), seen)
 
@@ -69,20 +73,31 @@ def residual_offsets(head, residual, identity=None):
     Returns:
         offsets [V, 3] float32 mm, for `HeadModel.neutral`.
     """
+    offsets = np.zeros(head.mean.shape, np.float32)
     residual = np.asarray(residual, np.float32)
-    if not residual.any():
-        return np.zeros(head.mean.shape, np.float32)
-    return warp_matrices(head)[0] @ residual
+    if residual.any():
+        weights = warp_weights(head)
+        offsets[weights.rows] = weights.matrix @ residual
+    return offsets
 
 
-def warp_matrices(head):
-    """Weights [V, 468] of the landmarks at each vertex, and their own covariance [468, 468].
+@dataclass(frozen=True)
+class WarpWeights:
+    """How the landmarks of one head move its vertices."""
 
-    Computed once a head and kept on it.
-    """
-    kept = head.__dict__.get("_warp_matrices")
+    rows: np.ndarray  # [R] the vertices that move
+    matrix: np.ndarray  # [R, 468] float32, weight of each landmark
+    prior: np.ndarray  # [468, 468] covariance of the landmarks
+    skin: np.ndarray  # [S] the vertices of skin that could fold
+    skin_matrix: np.ndarray  # [S, 468] float32, their weights
+    faces: np.ndarray  # [F', 3] the faces of skin that could fold, into `skin`
+
+
+def warp_weights(head):
+    """WarpWeights of a head, computed once and kept on it."""
+    kept = head.__dict__.get("_warp_weights")
     if kept is None:
-        kept = head.__dict__["_warp_matrices"] = _build(head)
+        kept = head.__dict__["_warp_weights"] = _build(head)
     return kept
 
 
@@ -112,7 +127,13 @@ def _build(head):
         matrix[rigid] = 0
         matrix[np.ix_(rigid, np.asarray(anchors))] = 1 / len(anchors)
     matrix = _span_sheet(head, matrix)
-    return matrix.astype(np.float32), prior
+    matrix = matrix.astype(np.float32)
+    strength = np.abs(matrix).sum(1)
+    rows = np.flatnonzero(strength > 1e-2)
+    faces = head.faces[head.part_faces("skin")]
+    faces = faces[(strength[faces] > FOLDS_FROM).any(1)]
+    skin, faces = np.unique(faces, return_inverse=True)
+    return WarpWeights(rows, matrix[rows], prior, skin, matrix[skin], faces.reshape(-1, 3))
 
 
 def _span_sheet(head, matrix):
@@ -152,18 +173,20 @@ def unfolded_residual(head, reference, seen, confidence, rounds=8):
     Returns:
         [468, 3] mm.
     """
-    faces = head.faces[head.part_faces("skin")]
+    weights = warp_weights(head)
     trust = np.array(confidence, np.float64)
-    landmarks = head.landmarks(reference)[: groups.FACE]
+    landmarks = head.landmarks(reference)[: groups.FACE].astype(np.float32)
+    before = reference[weights.skin].astype(np.float32)
     for turn in range(rounds):
         residual = smooth_residual(head, seen, trust)
-        bad = folded(reference + residual_offsets(head, residual), faces, reference)
+        after = before + weights.skin_matrix @ residual.astype(np.float32)
+        bad = folded(after, weights.faces, before)
         if not len(bad):
             break
-        centers = reference[faces[bad]].mean(1)
+        centers = before[weights.faces[bad]].mean(1)
         square = ((landmarks[:, None] - centers[None]) ** 2).sum(-1).min(1)
-        near = 1 / (1 + square / (4.0 + 2.0 * turn) ** 2)  # 1 at the fold, half 4 mm away
-        trust *= 1 - 0.6 * near
+        near = 1 / (1 + square / (4.0 + 3.0 * turn) ** 2)  # 1 at the fold, half 4 mm away
+        trust *= 1 - 0.8 * near
     return residual
 
 
@@ -174,6 +197,25 @@ def folded(vertices, faces, reference, cosine=0.1):
         vertices, reference: [V, 3] after and before.
         cosine: largest cosine between the two normals that still counts as folded.
     """
-    after, before = (mesh.face_normals(shape, faces) for shape in (vertices, reference))
-    length = np.linalg.norm(after, axis=1) * np.linalg.norm(before, axis=1)
-    return np.flatnonzero((after * before).sum(1) <= cosine * length)
+    return np.flatnonzero(_cosines(vertices, reference, faces) <= cosine)
+
+
+@numba.njit(cache=True, nogil=True)
+def _normal(shape, a, b, c):
+    ux, uy, uz = shape[b, 0] - shape[a, 0], shape[b, 1] - shape[a, 1], shape[b, 2] - shape[a, 2]
+    vx, vy, vz = shape[c, 0] - shape[a, 0], shape[c, 1] - shape[a, 1], shape[c, 2] - shape[a, 2]
+    return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+
+
+@numba.njit(cache=True, nogil=True)
+def _cosines(after, before, faces):
+    """Cosine [F] between the normals of each face on two shapes; 1 where a face has no area."""
+    out = np.ones(len(faces), after.dtype)
+    for f in range(len(faces)):
+        a, b, c = faces[f]
+        ax, ay, az = _normal(after, a, b, c)
+        bx, by, bz = _normal(before, a, b, c)
+        length = np.sqrt((ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz))
+        if length > 0:
+            out[f] = (ax * bx + ay * by + az * bz) / length
+    return out
