@@ -1,0 +1,231 @@
+"""Head models on disk: one .npz each, found by name or by path.
+
+name, licence, source           text
+mean                            [V, 3] float32 mm
+faces, uv_faces                 [F, 3] int32
+uv                              [U, 2] float32
+face_part, part_names           [F] uint8 into the names of the file
+follow                          [V] uint8 into bakery.heads.base.FOLLOW
+identity                        [I, V, 3] float16 mm
+expression_names                [E], the 52 ARKit names
+expression_start, _vertex, _value   sparse: shape k moves the vertices `vertex[start[k]:start[k+1]]`
+                                by `value[same]`; [E + 1] int32, [N] int32, [N, 3] float16 mm
+landmark_faces, landmark_barycentric   [478] int32, [478, 3] float32
+rectangle_names, rectangles     [R], [R, 4] float32
+"""
+
+import os
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from bakery.errors import InputError, ModelError
+from bakery.heads.base import FOLLOW, PARTS, HeadModel
+from bakery.types import EXPRESSIONS, LANDMARKS
+
+BUILT_IN = Path(__file__).resolve().parent.parent / "assets" / "heads"
+DEFAULT = "makehuman"
+ARRAYS = (
+    "name licence source mean faces uv uv_faces face_part part_names follow identity "
+    "expression_names expression_start expression_vertex expression_value landmark_faces "
+    "landmark_barycentric rectangle_names rectangles"
+).split()
+
+
+def user_folder():
+    """Where imported head models are kept: BAKERY_HEADS, or this platform's data folder."""
+    if os.environ.get("BAKERY_HEADS"):
+        return Path(os.environ["BAKERY_HEADS"])
+    if sys.platform == "win32":
+        base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
+    elif sys.platform == "darwin":
+        base = Path.home() / "Library" / "Application Support"
+    else:
+        base = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
+    return base / "bakery" / "heads"
+
+
+def list_heads():
+    """Known head models by name, as paths; a built-in one wins over a user's of the same name."""
+    found = {}
+    for folder in (user_folder(), BUILT_IN):
+        if folder.is_dir():
+            found.update({path.stem: path for path in sorted(folder.glob("*.npz"))})
+    return found
+
+
+def find_head(name_or_path):
+    """The file of a head model.
+
+    Raises:
+        InputError: neither a known name nor a file.
+    """
+    known = list_heads()
+    if str(name_or_path) in known:
+        return known[str(name_or_path)]
+    path = Path(name_or_path)
+    if path.is_file():
+        return path
+    raise InputError(
+        f"no head model {str(name_or_path)!r}; known: {', '.join(sorted(known)) or 'none'}; "
+        "give one of these or the path of a .npz"
+    )
+
+
+def load_head(name_or_path=DEFAULT):
+    """Read a head model and check it.
+
+    Args:
+        name_or_path: a built-in name, the name of an imported one, or a path.
+
+    Raises:
+        InputError: no such head model.
+        ModelError: the file is damaged or not a head model.
+    """
+    path = find_head(name_or_path)
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {key: file[key] for key in file.files}
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
+        raise ModelError(f"{path}: not a readable head model ({error}); import it again") from error
+    try:
+        return _from_arrays(arrays)
+    except ValueError as error:
+        raise ModelError(f"{path}: {error}; build or import it again") from error
+
+
+def _from_arrays(arrays):
+    missing = [key for key in ARRAYS if key not in arrays]
+    if missing:
+        raise ValueError(f"lacks {', '.join(missing)}")
+    names = [str(name) for name in arrays["part_names"]]
+    unknown = sorted(set(names) - set(PARTS))
+    if unknown:
+        raise ValueError(f"unknown part {', '.join(unknown)}, known are {', '.join(PARTS)}")
+    if [str(name) for name in arrays["expression_names"]] != list(EXPRESSIONS):
+        raise ValueError(
+            f"has {len(arrays['expression_names'])} expressions, needs the {len(EXPRESSIONS)} "
+            "ARKit names in order"
+        )
+    mean, uv = arrays["mean"], arrays["uv"]
+    V, F, U = len(mean), len(arrays["faces"]), len(uv)
+    shapes = {
+        "mean": (V, 3),
+        "faces": (F, 3),
+        "uv": (U, 2),
+        "uv_faces": (F, 3),
+        "face_part": (F,),
+        "follow": (V,),
+        "identity": (len(arrays["identity"]), V, 3),
+        "expression_start": (len(EXPRESSIONS) + 1,),
+        "expression_value": (len(arrays["expression_vertex"]), 3),
+        "landmark_faces": (LANDMARKS,),
+        "landmark_barycentric": (LANDMARKS, 3),
+        "rectangles": (len(arrays["rectangle_names"]), 4),
+    }
+    for key, shape in shapes.items():
+        if arrays[key].shape != shape:
+            raise ValueError(f"{key} has shape {list(arrays[key].shape)}, needs {list(shape)}")
+    for key in ("mean", "uv", "identity", "expression_value", "landmark_barycentric", "rectangles"):
+        if not np.isfinite(arrays[key]).all():
+            raise ValueError(f"{key} has values that are not finite")
+    for key, end in {
+        "faces": V,
+        "uv_faces": U,
+        "face_part": len(names),
+        "follow": len(FOLLOW),
+        "expression_vertex": V,
+        "landmark_faces": F,
+    }.items():
+        if arrays[key].size and not 0 <= arrays[key].min() <= arrays[key].max() < end:
+            raise ValueError(f"{key} points outside 0..{end - 1}")
+    if uv.min() < 0 or uv.max() > 1:
+        raise ValueError(f"uv reaches from {uv.min():.3g} to {uv.max():.3g}, needs 0..1")
+    off = np.abs(arrays["landmark_barycentric"].sum(1) - 1).max()
+    if off > 1e-4:
+        raise ValueError(f"landmark_barycentric does not sum to 1 (off by {off:.3g})")
+    start = arrays["expression_start"]
+    if start[0] != 0 or (np.diff(start) < 0).any() or start[-1] != len(arrays["expression_vertex"]):
+        raise ValueError("expression_start does not rise from 0 to the length of expression_vertex")
+    if not (arrays["follow"] == FOLLOW.index("eye_left")).any() or "skin" not in names:
+        raise ValueError("has no skin or no eyeballs")
+
+    expression = np.zeros((len(EXPRESSIONS), V, 3), np.float32)
+    for k in range(len(EXPRESSIONS)):
+        part = slice(start[k], start[k + 1])
+        expression[k, arrays["expression_vertex"][part]] = arrays["expression_value"][part]
+    table = np.array([PARTS.index(name) for name in names], np.uint8)
+    return HeadModel(
+        name=str(arrays["name"]),
+        licence=str(arrays["licence"]),
+        source=str(arrays["source"]),
+        mean=mean.astype(np.float32, copy=False),
+        faces=arrays["faces"].astype(np.int32, copy=False),
+        uv=uv.astype(np.float32, copy=False),
+        uv_faces=arrays["uv_faces"].astype(np.int32, copy=False),
+        face_part=table[arrays["face_part"]],
+        follow=arrays["follow"].astype(np.uint8, copy=False),
+        identity_basis=arrays["identity"].astype(np.float32),
+        expression_basis=expression,
+        landmark_faces=arrays["landmark_faces"].astype(np.int32, copy=False),
+        landmark_barycentric=arrays["landmark_barycentric"].astype(np.float32, copy=False),
+        uv_rectangles={
+            str(name): [float(x) for x in box]
+            for name, box in zip(arrays["rectangle_names"], arrays["rectangles"])
+        },
+    )
+
+
+def save_head(path, head, threshold=2e-3):
+    """Write a head model; the same head gives the same bytes.
+
+    Args:
+        path: where to; the folder is made, an older file is replaced in one step.
+        head: HeadModel.
+        threshold: mm; expression displacements shorter than this are left out.
+    """
+    start, vertex, value = [0], [], []
+    for shape in head.expression_basis:
+        moved = np.flatnonzero(np.abs(shape).max(1) > threshold)
+        vertex.append(moved)
+        value.append(shape[moved])
+        start.append(start[-1] + len(moved))
+    arrays = {
+        "name": np.array(head.name),
+        "licence": np.array(head.licence),
+        "source": np.array(head.source),
+        "mean": head.mean.astype(np.float32),
+        "faces": head.faces.astype(np.int32),
+        "uv": head.uv.astype(np.float32),
+        "uv_faces": head.uv_faces.astype(np.int32),
+        "face_part": head.face_part.astype(np.uint8),
+        "part_names": np.array(PARTS),
+        "follow": head.follow.astype(np.uint8),
+        "identity": head.identity_basis.astype(np.float16),
+        "expression_names": np.array(EXPRESSIONS),
+        "expression_start": np.array(start, np.int32),
+        "expression_vertex": np.concatenate(vertex).astype(np.int32),
+        "expression_value": np.concatenate(value).astype(np.float16),
+        "landmark_faces": head.landmark_faces.astype(np.int32),
+        "landmark_barycentric": head.landmark_barycentric.astype(np.float32),
+        "rectangle_names": np.array(list(head.uv_rectangles) or [""], dtype="U32")[
+            : len(head.uv_rectangles)
+        ],
+        "rectangles": np.array(list(head.uv_rectangles.values()), np.float32).reshape(-1, 4),
+    }
+    _from_arrays(arrays)
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    draft = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        with zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+            for key in ARRAYS:
+                stamp = zipfile.ZipInfo(f"{key}.npy", (1980, 1, 1, 0, 0, 0))  # np.savez writes now
+                stamp.compress_type = zipfile.ZIP_DEFLATED
+                with archive.open(stamp, "w") as stream:
+                    np.lib.format.write_array(stream, arrays[key], allow_pickle=False)
+        draft.replace(path)
+    finally:
+        draft.unlink(missing_ok=True)

@@ -1,0 +1,125 @@
+"""Fitting a head to landmarks alone: pose, identity and expression, linear in the last two."""
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from bakery.geometry import camera as cameras
+from bakery.geometry import rotation
+from bakery.types import Camera
+
+MESH = 468  # points of the face mesh, before the irises
+FOCAL = 2.0  # image widths; cannot be seen from the points of one face
+SIGMA = 0.005  # outer-eye-corner distances: how far a point may miss
+EYE_CORNERS = (33, 263)
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A head fitted to one set of points."""
+
+    camera: Camera
+    identity: np.ndarray  # [I]
+    expression: np.ndarray  # [E]
+    error: np.ndarray  # [468] distances, in outer-eye-corner distances
+
+
+def eye_distance(points):
+    """Distance between the outer eye corners, pixels."""
+    return float(np.linalg.norm(points[EYE_CORNERS[0]] - points[EYE_CORNERS[1]]))
+
+
+def first_pose(shape, points, size):
+    """A camera that puts 3D points [N, 3] near pixels [N, 2] of an image (width, height)."""
+    focal = FOCAL * max(size)
+    matrix = np.array([[focal, 0, size[0] / 2], [0, focal, size[1] / 2], [0, 0, 1]], float)
+    turn = np.diag([1.0, -1.0, -1.0])  # OpenCV looks along +z with y down
+    _, rvec, tvec = cv2.solvePnP(
+        np.ascontiguousarray(shape, float),
+        np.ascontiguousarray(points, float),
+        matrix,
+        None,
+        flags=cv2.SOLVEPNP_SQPNP,
+    )
+    return Camera(
+        focal,
+        np.array([size[0] / 2, size[1] / 2]),
+        rotation.vector(turn @ rotation.matrix(rvec)),
+        turn @ tvec[:, 0],
+        *size,
+    )
+
+
+def place(mean, identity, expression, points, size, modes=None, sigma=SIGMA, steps=10):
+    """Fit pose, identity and expression to points by damped Gauss-Newton with bounds.
+
+    Args:
+        mean: [N, 3] mm the points on the mean head; identity: [I, N, 3]; expression: [E, N, 3].
+        points: [N, 2] pixels; size: (width, height).
+        modes: how many identity modes to use; 0 expressions are used when `expression` is None.
+
+    Returns:
+        (Camera, identity [I], expression [E], distances [N] pixels).
+    """
+    I = len(identity) if modes is None else modes
+    basis = identity[:I] if expression is None else np.concatenate([identity[:I], expression])
+    E = len(basis) - I
+    view = first_pose(mean, points, size)
+    scale = 1 / (sigma * np.linalg.norm(points.max(0) - points.min(0)) * 0.5)
+    x = np.zeros(len(basis))
+    prior = np.concatenate([np.ones(I), np.full(E, 2.5)])
+    for _ in range(steps):
+        shape = mean + np.tensordot(x, basis, 1)
+        turn = rotation.matrix(view.rotation)
+        turned = shape @ turn.T
+        there = turned + view.translation
+        residual = (cameras.project_camera(there, view) - points) * scale
+        P = cameras.projection_jacobian(there, view) * scale
+        pose = np.concatenate([-np.einsum("nij,njk->nik", P, rotation.skew(turned)), P], -1)
+        linear = np.einsum("nij,knj->nik", P, basis @ turn.T)
+        J = np.concatenate([pose, linear], -1).reshape(-1, 6 + len(x))
+        H, g = J.T @ J, J.T @ residual.ravel()
+        H[np.arange(6), np.arange(6)] *= 1 + 1e-6
+        rows = 6 + np.arange(len(x))
+        H[rows, rows] += prior**2
+        g[rows] += prior**2 * x
+        # Weights that would leave 0..1 are held at the bound and the rest solved again.
+        delta, free = np.zeros(len(H)), np.ones(len(H), bool)
+        for _ in range(8):
+            held = ~free
+            delta[free] = np.linalg.solve(
+                H[np.ix_(free, free)], -g[free] - H[np.ix_(free, held)] @ delta[held]
+            )
+            wanted = x + delta[6:]
+            bounded = np.concatenate([wanted[:I], np.clip(wanted[I:], 0, 1)])
+            out = np.concatenate([np.zeros(6, bool), np.abs(bounded - wanted) > 1e-9]) & free
+            if not out.any():
+                break
+            delta[6:] = np.where(out[6:], bounded - x, delta[6:])
+            free &= ~out
+        x = np.concatenate([(x + delta[6:])[:I], np.clip((x + delta[6:])[I:], 0, 1)])
+        view = replace(
+            view,
+            rotation=rotation.vector(rotation.matrix(delta[:3]) @ turn),
+            translation=view.translation + delta[3:6],
+        )
+    shape = mean + np.tensordot(x, basis, 1)
+    miss = np.linalg.norm(cameras.project(shape, view) - points, axis=1)
+    full = np.zeros(len(identity))
+    full[:I] = x[:I]
+    return view, full, x[I:], miss
+
+
+def place_head(head, points, size, sigma=SIGMA):
+    """Fit a head that has landmarks to 468 points [>= 468, 2] pixels: Placed."""
+    near, weights = head.landmark_vertices[:MESH], head.landmark_barycentric[:MESH]
+
+    def at(values):
+        return np.einsum("...lkc,lk->...lc", values[..., near, :], weights).astype(float)
+
+    points = np.asarray(points, float)[:MESH, :2]
+    view, identity, expression, miss = place(
+        at(head.mean), at(head.identity_basis), at(head.expression_basis), points, size, sigma=sigma
+    )
+    return Placed(view, identity, expression, miss / eye_distance(points))
