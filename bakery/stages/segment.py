@@ -14,14 +14,15 @@ import numpy as np
 
 from bakery.check import check_array
 from bakery.stages import segment_prior as prior
-from bakery.stages.segment_glasses import find_glasses
 from bakery.stages.segment_models import LAB_BINS, GuidedFilter, histogram, lab_bins
+from bakery.stages.segment_overlays import find_glasses, find_strands
 
 LABELS = ("background", "skin", "hair", "clothes", "glasses", "eyes", "lips", "mouth")
 BACKGROUND, SKIN, HAIR, CLOTHES, GLASSES, EYES, LIPS, MOUTH = range(len(LABELS))
 
 TEXTURE_BINS = 16
 _SURE_SKIN = np.float32([[0], [1], [0], [0]])
+_SURE_HAIR = np.float32([[0], [0], [1], [0]])
 
 
 @dataclass(frozen=True)
@@ -195,7 +196,8 @@ def _classify(small, points, rounds):
     skin_colors = histogram(colors, seed.astype(np.float32), LAB_BINS)
     like_skin = _likeness(skin_colors, colors, seed, 20)
     hue, impossible = _unlike_skin(small, seed, angle, radius)
-    shaded = 0.003 * np.exp(-0.5 * hue * hue) * (angle > 75)  # ears and neck, darker than the face
+    # ears and neck lie in shadow: the face's hue is enough for them
+    shaded = np.where(angle > 75, np.log(0.003) - 0.5 * hue * hue, -99).astype(np.float32)
     expected = _expected(angle, radius, rows < brow_rows.min())
 
     far = (expected[BACKGROUND] > 0.6) & (radius > 1.3)
@@ -216,26 +218,30 @@ def _classify(small, points, rounds):
     ears = (radius > 1) & (radius < 1.3) & (angle > 75) & (angle < 115)  # folded, not hairy
     trust = np.where(ears, np.float32(0.2), np.float32(0.6))  # in texture
     smooth = GuidedFilter(np.stack(cv2.split(small)), 4, 2e-4)
-    for _ in range(rounds):
+    for turn in range(rounds):
         score = known.copy()
         for k in range(4):
-            weights = shares[k] * teach[k]
-            color = histogram(colors, weights, LAB_BINS)
+            weights = (shares[k] * teach[k])[::2, ::2]
+            color = histogram(colors[::2, ::2], weights, LAB_BINS)
             if k == SKIN:
-                color = np.maximum(((color + skin_colors) / 2)[colors], shaded)
-            else:
-                color = color[colors]
-            texture = histogram(textures, weights, (TEXTURE_BINS,))
-            score[k] += np.log(color + 3e-6) + trust * np.log(texture + 0.01)[textures]
-        score = np.exp(score - score.max(0))
-        score /= score.sum(0)
-        score[:, face] = _SURE_SKIN
-        shares = np.stack([np.clip(smooth(plane), 0, 1) for plane in score])
-        shares /= shares.sum(0) + 1e-6
+                color = (color + skin_colors) / 2
+            texture = histogram(textures[::2, ::2], weights, (TEXTURE_BINS,))
+            likely = np.log(color + 3e-6)[colors]
+            score[k] += np.maximum(likely, shaded) if k == SKIN else likely
+            score[k] += trust * np.log(texture + 0.01)[textures]
+        shares = np.exp(score - score.max(0))
+        shares /= shares.sum(0)
         shares[:, face] = _SURE_SKIN
+        if turn < rounds - 1:
+            shares = np.stack([cv2.blur(plane, (5, 5)) for plane in shares])
+        else:
+            shares[1:] = [np.clip(smooth(plane), 0, 1) for plane in shares[1:]]
+            shares[BACKGROUND] = np.maximum(1 - shares[1:].sum(0), 0)
     face |= _bare_brows(shares[SKIN], points)
     shares[:, face] = _SURE_SKIN
     shares = _fill_holes(shares, lightness, angle, radius, seed)
+    strands = find_strands(lightness, shares[HAIR] > 0.5, points, radius) & ~face
+    shares[:, strands] = _SURE_HAIR
     glasses = find_glasses(lightness, points, radius)
     shares[:, glasses] = 0
     return shares, np.stack([face & ~glasses, glasses])
