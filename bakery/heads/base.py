@@ -83,8 +83,7 @@ class HeadModel:
     def neutral(self, identity, offsets=None):
         """The neutral shape [V, 3] mm of identity [<= I], moved by offsets [V, 3] mm if given."""
         identity = np.asarray(identity, np.float32)
-        modes = self.identity_basis[: len(identity)].reshape(len(identity), -1)
-        shape = self.mean + (identity @ modes).reshape(-1, 3)
+        shape = self.mean + np.tensordot(identity, self.identity_basis[: len(identity)], 1)
         return shape if offsets is None else shape + np.asarray(offsets, np.float32)
 
     def eye_centers(self, neutral):
@@ -108,8 +107,8 @@ class HeadModel:
         """
         expression = np.asarray(expression, np.float32)
         used = np.flatnonzero(expression)
-        basis = self.expression_basis[used].reshape(len(used), -1)
-        out = neutral + (expression[used] @ basis).reshape(-1, 3).astype(neutral.dtype)
+        moved = np.tensordot(expression[used], self.expression_basis[used], 1)
+        out = neutral + moved.astype(neutral.dtype)
         pair = gaze_of(expression) if gaze is None else np.array([gaze, gaze], float)
         for eye, center, (yaw, pitch) in zip(EYES, self.eye_centers(neutral), pair):
             ball = self.follow == FOLLOW.index("eye_" + eye)
