@@ -1,0 +1,128 @@
+"""The two small networks of the detector: a finder of faces and a finder of points.
+
+Both are plain residual convolution networks. They are trained with batch normalisation; `fold`
+merges it into the convolutions, and what ships is the folded network (`folded=True`).
+"""
+
+import torch
+from torch import nn
+from torch.nn import functional
+
+from bakery.detectors.frames import POINTS
+
+FINDER_STRIDE = 8
+FINDER_CHANNELS = 6  # score, x and y offset, log size, cosine and sine of the roll
+
+
+class Conv(nn.Module):
+    """3x3 (or `kernel`) convolution, batch normalisation unless folded, optional SiLU."""
+
+    def __init__(self, inputs, outputs, stride=1, kernel=3, active=True, folded=False):
+        super().__init__()
+        self.conv = nn.Conv2d(inputs, outputs, kernel, stride, kernel // 2, bias=folded)
+        self.norm = nn.Identity() if folded else nn.BatchNorm2d(outputs)
+        self.active = active
+
+    def forward(self, x):
+        x = self.norm(self.conv(x))
+        return functional.silu(x) if self.active else x
+
+
+class Residual(nn.Module):
+    """x + two convolutions of x, then SiLU."""
+
+    def __init__(self, channels, folded=False):
+        super().__init__()
+        self.first = Conv(channels, channels, folded=folded)
+        self.second = Conv(channels, channels, active=False, folded=folded)
+
+    def forward(self, x):
+        return functional.silu(x + self.second(self.first(x)))
+
+
+def stage(inputs, outputs, blocks, folded):
+    """Halve the resolution, then `blocks` residual blocks."""
+    return nn.Sequential(
+        Conv(inputs, outputs, stride=2, folded=folded),
+        *[Residual(outputs, folded) for _ in range(blocks)],
+    )
+
+
+class FinderNet(nn.Module):
+    """Fully convolutional centre, size and roll of every face between 20 and 110 pixels.
+
+    Input [B, 3, H, W] 0..1 with H and W multiples of 16; output [B, 6, H/8, W/8]: logit of a
+    centre in this cell, offset of the centre from the cell's middle (cells), natural logarithm
+    of the size in units of 48 pixels, cosine and sine of the roll.
+    """
+
+    def __init__(self, folded=False):
+        super().__init__()
+        self.fine = nn.Sequential(
+            Conv(3, 16, stride=2, folded=folded),
+            stage(16, 24, 1, folded),
+            stage(24, 48, 2, folded),
+        )
+        self.coarse = nn.Sequential(
+            stage(48, 96, 3, folded), Conv(96, 48, kernel=1, folded=folded)
+        )
+        self.mix = Conv(48, 48, folded=folded)
+        self.head = nn.Conv2d(48, FINDER_CHANNELS, 1)
+
+    def forward(self, x):
+        fine = self.fine(x - 0.5)
+        coarse = functional.interpolate(self.coarse(fine), scale_factor=2, mode="nearest")
+        return self.head(self.mix(fine + coarse))
+
+
+class PointsNet(nn.Module):
+    """478 points, their expected error and the presence of a face in an upright crop.
+
+    Input [B, 3, S, S] 0..1, S = `crop_size`. Outputs: points [B, 478, 2] in units of the crop's
+    side, origin in its middle; log of the expected distance error in the same unit [B, 478];
+    logit of a face [B].
+    """
+
+    crop_size = 192
+
+    def __init__(self, folded=False):
+        super().__init__()
+        self.body = nn.Sequential(
+            Conv(3, 24, stride=2, kernel=5, folded=folded),
+            stage(24, 40, 2, folded),
+            stage(40, 80, 3, folded),
+            stage(80, 128, 3, folded),
+            stage(128, 192, 2, folded),
+            Conv(192, 48, kernel=1, folded=folded),
+        )
+        self.hidden = nn.Linear(48 * (self.crop_size // 32) ** 2, 384)
+        self.out = nn.Linear(384, POINTS * 3 + 1)
+        self.register_buffer("mean_shape", torch.zeros(POINTS, 2))
+
+    def forward(self, x):
+        features = functional.silu(self.hidden(self.body(x - 0.5).flatten(1)))
+        out = self.out(features).float()
+        shape, spread = out[:, : POINTS * 2] * 0.1, out[:, POINTS * 2 : POINTS * 3]
+        return self.mean_shape + shape.unflatten(1, (POINTS, 2)), spread - 4.0, out[:, -1]
+
+
+def fold(network):
+    """Merge batch normalisation into the convolutions before it.
+
+    Args:
+        network: FinderNet or PointsNet with trained statistics.
+
+    Returns:
+        dict of tensors that loads into the same network built with `folded=True`.
+    """
+    state = {}
+    for name, module in network.named_modules():
+        if isinstance(module, Conv):
+            norm = module.norm
+            gain = norm.weight / torch.sqrt(norm.running_var + norm.eps)
+            state[f"{name}.conv.weight"] = module.conv.weight * gain[:, None, None, None]
+            state[f"{name}.conv.bias"] = norm.bias - norm.running_mean * gain
+    skipped = (".conv.", ".norm.")
+    plain = network.state_dict()
+    state.update({k: v for k, v in plain.items() if not any(part in k for part in skipped)})
+    return {k: v.detach().float().contiguous() for k, v in state.items()}

@@ -1,0 +1,35 @@
+"""photo -> Landmarks: every face of a picture, the largest first."""
+
+import cv2
+import numpy as np
+
+SMALLEST_FACE = 96  # pixels, longer side of the box; smaller ones have too little to bake
+
+
+def detect_faces(encoded_image, detector):
+    """Find all faces of a photo.
+
+    Args:
+        encoded_image: [H, W, 3] sRGB-encoded, float32 0..1 or uint8, upright.
+        detector: see `bakery.detectors.base.Detector`.
+
+    Returns:
+        list of Landmarks, the largest face first
+
+    Raises:
+        ValueError: the picture is not [H, W, 3] of one of these types.
+    """
+    image = np.asarray(encoded_image)
+    if image.ndim != 3 or image.shape[2] != 3 or image.dtype not in (np.float32, np.uint8):
+        raise ValueError(
+            f"encoded_image: {image.dtype} {list(image.shape)}, needs float32 or uint8 [H, W, 3]"
+        )
+    if image.dtype == np.float32:
+        image = cv2.convertScaleAbs(np.maximum(image, 0), alpha=255)
+    faces = detector.detect(image)
+    return sorted(faces, key=lambda face: -float(face.box[2] * face.box[3]))
+
+
+def face_size(landmarks):
+    """Longer side of a face's box, pixels; see `SMALLEST_FACE`."""
+    return float(landmarks.box[2:].max())
