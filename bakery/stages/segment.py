@@ -239,7 +239,7 @@ def _classify(small, points, rounds):
             shares[BACKGROUND] = np.maximum(1 - shares[1:].sum(0), 0)
     face |= _bare_brows(shares[SKIN], points)
     shares[:, face] = _SURE_SKIN
-    shares = _fill_holes(shares, lightness, angle, radius, seed)
+    shares = _settle_islands(shares, lightness, angle, radius, seed)
     strands = find_strands(lightness, shares[HAIR] > 0.5, points, radius) & ~face
     shares[:, strands] = _SURE_HAIR
     glasses = find_glasses(lightness, points, radius)
@@ -275,7 +275,8 @@ def _expected(angle, radius, above_brows):
     fringe = np.clip((radius - 0.45) * 0.5, 0, 0.2) * (above_brows & (angle < 75))
     strands = np.clip((radius - 0.72) * 0.6, 0, 0.08) * (angle >= 60)
     expected[HAIR] += fringe + strands
-    expected[HAIR][(angle > 125) & (radius < 1.3)] = 0.004  # dark there is shadow or beard
+    chin = ((angle > 125) & (radius < 1.05)) | ((angle > 145) & (radius < 1.3))
+    expected[HAIR][chin] = 0.004  # dark there is shadow or beard
     return expected / expected.sum(0)
 
 
@@ -303,10 +304,11 @@ def _unlike_skin(small, seed, angle, radius):
     return hue, penalty
 
 
-def _fill_holes(shares, lightness, angle, radius, seed):
+def _settle_islands(shares, lightness, angle, radius, seed):
     """Give islands inside the skin to the skin: highlights, moles, shadow under the chin.
 
-    Larger dark islands on the forehead stay out; they are tips of a fringe.
+    Larger dark islands on the forehead stay out; they are tips of a fringe. Specks of skin in hair
+    or background go too; only ears and neck may lie apart from the face.
     """
     other = (shares[SKIN] < 0.5).astype(np.uint8)
     usual = np.median(lightness[seed])
@@ -323,6 +325,17 @@ def _fill_holes(shares, lightness, angle, radius, seed):
         chin = angle[row, column] > 120
         if (inside and bright) or chin or area < 0.0015 * prior.FACE**2:
             other[parts == k] = 0
+    count, parts, stats, centers = cv2.connectedComponentsWithStats(1 - other, connectivity=4)
+    main = np.bincount(parts[seed], minlength=count).argmax()
+    for k in range(1, count):
+        column, row = np.clip(centers[k].astype(int), 0, prior.SIZE - 1)
+        small = stats[k, cv2.CC_STAT_AREA] < 0.002 * prior.FACE**2
+        ear_or_neck = angle[row, column] > 70 and radius[row, column] < 2
+        if k != main and (small or not ear_or_neck):
+            lost = parts == k
+            other[lost] = 1
+            shares[HAIR][lost] += shares[SKIN][lost]
+            shares[SKIN][lost] = 0
     inner = cv2.erode(1 - other, np.ones((9, 9), np.uint8)) > 0
     shares[:, inner] = _SURE_SKIN
     return shares
