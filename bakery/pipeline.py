@@ -1,67 +1,146 @@
-"""The bake: the order of the steps, what each reads, what is kept of it."""
+"""The bake: the order of the steps, what each is made from, what is kept of it.
+
+    photo -> detect -> segment -> fit -> textures -> masks -> bundle
+
+The commands for single steps call the same functions as `build`, so that a chain of them gives the
+same avatar.
+"""
 
 import logging
+from dataclasses import asdict, dataclass, field
+from functools import cache
+from importlib.metadata import entry_points
+from pathlib import Path
 
-from bakery.errors import FitError, InputError
-from bakery.formats import image, record
+from bakery import __version__
+from bakery.detectors.file import FileDetector
+from bakery.errors import BundleError, FitError, InputError
+from bakery.formats import bundle as files
+from bakery.formats import image, record, targets
+from bakery.formats.files import digest_file
+from bakery.formats.glb import write_glb
+from bakery.formats.place import check_place, staged
+from bakery.formats.work import key_of, work_folder
+from bakery.heads.file import load_head
+from bakery.runtime.avatar import Avatar
+from bakery.runtime.preview import contact_sheet
+from bakery.stages import assess, texture
+from bakery.stages import bundle as bundles
+from bakery.stages.atlas import make_atlas
+from bakery.stages.detect import SMALLEST_FACE, detect_faces, face_size
+from bakery.stages.fit import FitOptions, fit
+from bakery.stages.mask import activation_masks
+from bakery.stages.segment import SegmentOptions, segment
+from bakery.stages.texture import TextureOptions
+from bakery.stages.warp import residual_offsets
+from bakery.types import EXPRESSIONS
 
 log = logging.getLogger(__name__)
-
-SMALLEST_FACE = 96  # pixels, longer side of the face's box
-
-
-def open_head(name):
-    """The head model of a name or path, ready to be fitted again and again."""
-    from bakery.heads.file import load_head
-
-    return load_head(name)
+GLB_QUALITY = 95  # of the JPEG inside head.glb
+RESOLUTIONS = (512, 4096)  # texels, least and most
 
 
-def find_faces(path, frame=None):
-    """A photo and every face in it.
+@dataclass(frozen=True)
+class BundleOptions:
+    """What goes into the bundle."""
 
-    Args:
-        path: photo.
-        frame: which frame of an animated picture.
+    masks: int = 512  # texels on a side of the activation masks
+    web: int = 1024  # texels on a side of the browser's textures, at most
+    glb: int = 1024  # texels on a side of the texture inside head.glb, at most
 
-    Returns:
-        Photo and a list of Landmarks, at least one.
+
+@dataclass(frozen=True)
+class BuildOptions:
+    """What `bakery build` is told; one field a table of the preset."""
+
+    segment: SegmentOptions = field(default_factory=SegmentOptions)
+    fit: FitOptions = field(default_factory=FitOptions)
+    texture: TextureOptions = field(default_factory=TextureOptions)
+    bundle: BundleOptions = field(default_factory=BundleOptions)
+    limits: assess.Limits = field(default_factory=assess.Limits)
+
+    def __post_init__(self):
+        low, high = RESOLUTIONS
+        if not low <= self.texture.resolution <= high:
+            raise InputError(
+                f"resolution {self.texture.resolution}; it must lie between {low} and {high} texels"
+            )
+        if not 16 <= self.bundle.masks <= high:
+            raise InputError(f"bundle.masks {self.bundle.masks}; give 16 to {high} texels")
+
+
+@dataclass(frozen=True)
+class Request:
+    """One bake."""
+
+    photo: Path
+    output: Path
+    options: BuildOptions = BuildOptions()
+    head: str = "makehuman"
+    generator: str = "rendered"
+    detector: str = "network"
+    landmarks: Path | None = None
+    face: int | None = None
+    frame: int | None = None
+    strict: bool = False
+    keep_photo: bool = False
+    overwrite: bool = False
+    work: Path | None = None
+
+
+@cache
+def plug_in(group, name):
+    """Something of an entry-point group, made: the "generators" or "detectors".
 
     Raises:
-        InputError: the photo cannot be read, or shows no face.
+        InputError: there is none of this name.
     """
-    from bakery.stages.detect import detect_faces
-
-    photo = image.read_photo(path, frame)
-    faces = detect_faces(photo.encoded)
-    if not faces:
-        raise InputError(
-            f"{path}: no face found; give a photo of one face, upright, at least {SMALLEST_FACE} pixels"
-        )
-    return photo, faces
+    known = {entry.name: entry for entry in entry_points(group=f"bakery.{group}")}
+    if name not in known:
+        raise InputError(f"no {group[:-1]} '{name}'; known: {', '.join(sorted(known))}")
+    return known[name].load()()
 
 
-def one_face(path, frame=None, landmarks=None, number=None):
-    """A photo and the one face in it that is meant.
+def find_faces(path, frame=None, landmarks=None, detector="network", photo=None):
+    """A photo and every face in it, the largest first.
 
     Args:
         path: photo.
         frame: which frame of an animated picture.
         landmarks: a file that `bakery detect` wrote, in place of the detector.
+        photo: the Photo, if it was read already.
+
+    Returns:
+        Photo and a list of Landmarks, at least one.
+
+    Raises:
+        InputError: the photo cannot be read or shows no face, or the landmarks are not its own.
+    """
+    photo = photo or image.read_photo(path, frame)
+    finder = FileDetector(landmarks) if landmarks else plug_in("detectors", detector)
+    found = detect_faces(photo.encoded, finder)
+    if not found:
+        raise InputError(
+            f"{path}: no face found; give a photo of a face, upright and at least "
+            f"{SMALLEST_FACE} pixels large"
+        )
+    return photo, found
+
+
+def one_face(path, frame=None, landmarks=None, number=None, detector="network", photo=None):
+    """A photo and the one face in it that is meant.
+
+    Args:
+        path, frame, landmarks, detector, photo: see `find_faces`.
         number: which face, from 1; None if there is but one.
 
     Returns:
         Photo and Landmarks.
 
     Raises:
-        InputError: no face, several and no number, a face that is too small, or landmarks of
-            another picture.
+        InputError: several faces and no number, or a face that is too small.
     """
-    if landmarks is None:
-        photo, faces = find_faces(path, frame)
-    else:
-        photo = image.read_photo(path, frame)
-        faces = _given_faces(path, photo, landmarks)
+    photo, faces = find_faces(path, frame, landmarks, detector, photo)
     if number is None and len(faces) > 1:
         boxes = ", ".join(
             f"{k} at ({face.box[0]:.0f}, {face.box[1]:.0f})" for k, face in enumerate(faces[:6], 1)
@@ -69,40 +148,278 @@ def one_face(path, frame=None, landmarks=None, number=None):
         raise InputError(f"{path}: {len(faces)} faces ({boxes}); choose one with --face N")
     if number is not None and number > len(faces):
         raise InputError(f"{path}: has {len(faces)} face(s), no face {number}; give a lower --face")
-    face = faces[(number or 1) - 1]
-    size = float(max(face.box[2:]))
-    if size < SMALLEST_FACE:
+    chosen = faces[(number or 1) - 1]
+    if face_size(chosen) < SMALLEST_FACE:
         raise InputError(
-            f"{path}: the face is {size:.0f} pixels large; at least {SMALLEST_FACE} are needed; "
-            "give a larger picture"
+            f"{path}: the face is {face_size(chosen):.0f} pixels large; at least {SMALLEST_FACE} "
+            "are needed; give a larger picture"
         )
-    return photo, face
+    return photo, chosen
 
 
-def _given_faces(path, photo, landmarks):
-    (width, height), faces = record.read_faces(landmarks)
-    have = photo.encoded.shape[1::-1]
-    if (width, height) != tuple(have):
-        raise InputError(
-            f"{landmarks}: made for a photo of {width}x{height} pixels, {path} has "
-            f"{have[0]}x{have[1]}; detect again"
-        )
-    if not faces:
-        raise InputError(f"{landmarks}: holds no face; detect again")
-    return faces
-
-
-def place_head(path, photo, landmarks, head):
+def place_head(path, photo, landmarks, head, options=BuildOptions(), segmentation=None):
     """Segment the photo and fit the head.
 
     Returns:
         Fit and Segmentation.
-    """
-    from bakery.stages.fit import fit
-    from bakery.stages.segment import segment
 
+    Raises:
+        FitError: see `stages.fit.fit`.
+    """
     try:
-        segmentation = segment(photo.encoded, landmarks.points)
-        return fit(photo, landmarks, head, skin=segmentation.skin), segmentation
+        if segmentation is None:
+            segmentation = segment(photo.encoded, landmarks.points, options.segment)
+        return fit(photo, landmarks, head, options.fit, segmentation.skin), segmentation
     except FitError as error:
         raise FitError(f"{path}: {error}") from error
+
+
+def fitted_neutral(head, fit):
+    """The neutral shape [V, 3] mm of a fit, with its residual warp."""
+    return head.neutral(fit.identity, residual_offsets(head, fit.residual))
+
+
+def expression_targets():
+    """The expressions, gazes and mouths that are baked."""
+    folder = targets.presets_folder() / "expressions"
+    names, weights = targets.read_keys(folder / "keys.toml")
+    return texture.Targets(
+        key_names=names,
+        key_weights=weights,
+        gaze=targets.read_gaze(folder / "gaze.toml"),
+        mouths=targets.read_mouths(folder / "mouths.json"),
+    )
+
+
+def paint(photo, landmarks, fit, segmentation, head, generator, options, progress=None):
+    """All textures of one fit.
+
+    Args:
+        progress: called with (step, done, total).
+
+    Returns:
+        Textures.
+    """
+    wanted = expression_targets()
+    poses = min(len(wanted.mouths), options.texture.mouths)
+    total = 1 + len(wanted.key_names) + len(wanted.gaze) + poses
+    done = 0
+
+    def say(word):
+        nonlocal done
+        if progress is not None:
+            progress(word, done, total)
+        done += 1
+
+    return texture.bake(
+        photo,
+        landmarks,
+        fit,
+        fitted_neutral(head, fit),
+        head,
+        segmentation.skin,
+        generator,
+        wanted,
+        options.texture,
+        say,
+    )
+
+
+def draw_masks(head, size):
+    """Activation masks [E, size, size] float32 of a head model."""
+    return activation_masks(head, make_atlas(head, size))
+
+
+def pack(target, baked, options, keep_photo=False, overwrite=False):
+    """Write a bundle.
+
+    Args:
+        target: the bundle's folder.
+        baked: Baked.
+        options: BundleOptions.
+        keep_photo: whether the photo goes into the bundle.
+        overwrite: whether an older bundle may be replaced.
+    """
+    head, textures = baked.head, baked.textures
+    neutral = fitted_neutral(head, baked.fit)
+    with staged(target, overwrite) as folder:
+        levels, carriers = bundles.levels_of_detail(head, neutral)
+        atlas = files.small_picture(textures.neutral, options.glb)
+        write_glb(
+            folder / "head.glb",
+            levels,
+            carriers,
+            EXPRESSIONS,
+            image.encode_image(atlas, ".jpg", GLB_QUALITY),
+            f"bakery {__version__}",
+        )
+        files.write_textures(folder, textures, baked.masks)
+        web = files.write_web(folder, textures, baked.masks, options.web)
+        avatar = Avatar(head, neutral, baked.fit, textures, baked.masks)
+        image.write_image(folder / "preview.png", contact_sheet(avatar))
+        manifest = bundles.manifest(baked, levels, web)
+        if keep_photo:
+            image.write_image(folder / "photo.png", baked.photo.encoded)
+            manifest["photo"] = "photo.png"
+        files.write_manifest(folder, manifest)
+
+
+def open_avatar(path, head=None):
+    """A bundle, ready to be played.
+
+    Args:
+        path: the bundle's folder.
+        head: name or file of its head model; None takes the name that the bundle gives.
+
+    Raises:
+        BundleError: damaged, or the head model is not the one it was made with.
+    """
+    manifest = files.read_manifest(path)
+    model = load_head(head or manifest["head"]["name"])
+    if files.head_digest(model) != manifest["head"]["sha256"]:
+        raise BundleError(
+            f"{path}: made with another version of the head model "
+            f"'{manifest['head']['name']}'; bake it again, or give that version with --head"
+        )
+    textures, masks = files.read_textures(path, manifest)
+    fit = record.fit_from_table(path, manifest["fit"])
+    photo = files.read_photo(path, manifest) if "photo" in manifest else None
+    return Avatar(model, fitted_neutral(model, fit), fit, textures, masks, photo)
+
+
+def build(request, progress=None):
+    """Bake one portrait into an avatar bundle.
+
+    Steps that an interrupted bake of the same portrait finished are taken from the work folder.
+
+    Args:
+        request: Request.
+        progress: called with (step, done, total).
+
+    Returns:
+        list of assess.Finding.
+
+    Raises:
+        BakeryError: what the user can mend; with `strict`, findings too.
+    """
+    show = progress or (lambda step, done, total: None)
+    options = request.options
+    check_place(request.output, request.overwrite)
+    generator = plug_in("generators", request.generator)
+    head = load_head(request.head)
+    photo = image.read_photo(request.photo, request.frame)
+    code = source_digest()
+    with work_folder(request.output, request.work) as work:
+        show("detect", 0, 4)
+        given = digest_file(request.landmarks) if request.landmarks else None
+        key = key_of(code, photo.sha256, request.frame, given, request.face, request.detector)
+        landmarks = work.step(
+            "landmarks.json", key, lambda: _landmarks_record(request, photo), _landmarks_of_record
+        )
+        show("fit", 1, 4)
+        segmentation = segment(photo.encoded, landmarks.points, options.segment)
+        key = key_of(key, files.head_digest(head), asdict(options.fit), asdict(options.segment))
+        fit = work.step(
+            "fit.json",
+            key,
+            lambda: record.dump(
+                record.fit_to_table(
+                    place_head(request.photo, photo, landmarks, head, options, segmentation)[0]
+                )
+            ),
+            lambda data: record.fit_from_table("fit.json", record.parse("fit.json", data)),
+        )
+        findings = examine(
+            request.photo, photo, landmarks, fit, segmentation, options, request.strict
+        )
+        key = key_of(key, generator.name, asdict(options.texture))
+        textures = work.step(
+            "textures.npz",
+            key,
+            lambda: record.pack_arrays(
+                record.textures_to_arrays(
+                    paint(photo, landmarks, fit, segmentation, head, generator, options, show)
+                )
+            ),
+            lambda data: record.textures_from_arrays(record.unpack_arrays("textures.npz", data)),
+        )
+        show("masks", 2, 4)
+        size = min(options.bundle.masks, options.texture.resolution)
+        masks = draw_masks(head, size)
+        show("pack", 3, 4)
+        detector = "given landmarks" if request.landmarks else request.detector
+        baked = bundles.Baked(photo, fit, head, textures, masks, findings, generator, detector)
+        pack(request.output, baked, options.bundle, request.keep_photo, request.overwrite)
+    return findings
+
+
+def examine(path, photo, landmarks, fit, segmentation, options, strict):
+    """Measure what may spoil the avatar, and say so; with `strict`, refuse it.
+
+    Returns:
+        list of assess.Finding.
+    """
+    findings = assess.assess(photo, landmarks, fit, segmentation, options.limits)
+    lines = [
+        f"{found.message} ({found.code} {found.value:g}, limit {found.limit:g})"
+        for found in findings
+    ]
+    if strict and lines:
+        raise InputError(
+            f"{path}: {'; '.join(lines)}; give another portrait, or leave out --strict"
+        )
+    for line in lines:
+        log.warning("%s: %s", path, line)
+    return findings
+
+
+def _landmarks_record(request, photo):
+    """The one face that is meant, as the bytes that `bakery detect` would write."""
+    _, chosen = one_face(
+        request.photo, request.frame, request.landmarks, request.face, request.detector, photo
+    )
+    height, width = photo.encoded.shape[:2]
+    return record.dump(record.faces_to_table(width, height, [chosen]))
+
+
+def _landmarks_of_record(data):
+    return record.faces_from_table("landmarks", record.parse("landmarks", data))[1][0]
+
+
+@cache
+def source_digest():
+    """SHA-256 over the program itself, so that another version takes nothing from a work folder."""
+    package = Path(__file__).resolve().parent
+    paths = sorted(
+        path
+        for folder in (package, package.parent / "presets")
+        if folder.is_dir()
+        for path in folder.rglob("*")
+        if path.suffix in (".py", ".toml", ".json", ".npz", ".safetensors")
+    )
+    return key_of([[path.name, digest_file(path)] for path in paths])
+
+
+def describe(request):
+    """What `build` would do, as text, after checking what can be checked quickly.
+
+    Raises:
+        BakeryError: what `build` would refuse before it begins to paint.
+    """
+    check_place(request.output, request.overwrite)
+    plug_in("generators", request.generator)
+    head = load_head(request.head)
+    photo, face = one_face(
+        request.photo, request.frame, request.landmarks, request.face, request.detector
+    )
+    height, width = photo.encoded.shape[:2]
+    lines = [
+        f"photo       {request.photo} ({width}x{height}{''.join(', ' + n for n in photo.notes)})",
+        f"face        {face_size(face):.0f} pixels, score {face.score:.2f}",
+        f"head        {head.name} ({len(head.mean)} vertices)",
+        f"generator   {request.generator}",
+        f"bundle      {request.output}",
+    ]
+    for table, values in asdict(request.options).items():
+        lines += [f"{table}.{key} = {value}" for key, value in values.items()]
+    return "\n".join(lines)

@@ -1,16 +1,12 @@
-"""Presets: TOML tables into options, and the expressions that are baked."""
+"""Presets: TOML tables into options."""
 
-import json
 import tomllib
 import types
 import typing
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 
-import numpy as np
-
 from bakery.errors import InputError
-from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 PACKAGE = Path(__file__).resolve().parent
 FOLDERS = (PACKAGE / "presets", PACKAGE.parent / "presets")  # installed; beside the checkout
@@ -122,39 +118,3 @@ def _value(kind, value, where):
 
 def _alternatives(kind):
     return typing.get_args(kind) if isinstance(kind, types.UnionType) else (kind,)
-
-
-def key_expressions():
-    """The key expressions: names (K) and weights [K, E] a_e^k."""
-    tables = tomllib.loads(find("expressions/keys.toml").read_text())
-    return tuple(tables), np.stack([expression(table) for table in tables.values()])
-
-
-def gaze_directions():
-    """Directions [n, 2] degrees (yaw, pitch) of the gaze textures."""
-    table = tomllib.loads(find("expressions/gaze.toml").read_text())
-    return np.array(table["directions"], np.float64)
-
-
-def mouth_poses():
-    """Weights [M, E] of the mouth textures."""
-    poses = json.loads(find("expressions/mouths.json").read_text())
-    return np.stack([expression(pose) for pose in poses])
-
-
-def expression(named, where="expression"):
-    """Weights [E] float32 of a table of ARKit names.
-
-    Raises:
-        InputError: an unknown name, or a weight outside 0..1.
-    """
-    out = np.zeros(len(EXPRESSIONS), np.float32)
-    for name, value in named.items():
-        if name not in EXPRESSION_INDEX:
-            close = [known for known in EXPRESSIONS if known.lower().startswith(name[:5].lower())]
-            hint = f"; did you mean {', '.join(close[:3])}" if close else ""
-            raise InputError(f"{where}: '{name}' is no ARKit expression{hint}")
-        if not 0 <= value <= 1:
-            raise InputError(f"{where}: {name}={value:g}; weights lie between 0 and 1")
-        out[EXPRESSION_INDEX[name]] = value
-    return out

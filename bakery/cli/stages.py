@@ -58,7 +58,7 @@ def fit(photos, output, head, landmarks, face, frame, overwrite, dry_run):
     from bakery import pipeline
     from bakery.formats import record
 
-    model = pipeline.open_head(head)
+    model = pipeline.load_head(head)
 
     def one(photo, place):
         given = landmarks / f"{photo.stem}.json" if landmarks and landmarks.is_dir() else landmarks

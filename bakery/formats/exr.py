@@ -65,36 +65,26 @@ def read_header(path):
     Raises:
         BundleError: damaged, or larger than any texture of a bundle.
     """
-    return _header(path, bytes(read_bytes(path)))
+    return _header(path, read_bytes(path))
 
 
-def read_exr(path, names=None):
-    """Read parts of a file.
-
-    Args:
-        names: which parts; None reads all.
-
-    Returns:
-        dict of part name -> [H, W] or [H, W, C] float16.
+def read_exr(path):
+    """Read all parts of a file: name -> [H, W] or [H, W, C] float16.
 
     Raises:
-        BundleError: damaged, too large, or a part is missing.
+        BundleError: damaged or too large.
     """
-    data = bytes(read_bytes(path))
-    have = [part.name for part in _header(path, data)]
-    for name in names or ():
-        if name not in have:
-            raise BundleError(f"{path}: has no part '{name}'; it has {', '.join(have[:8])}")
+    return parse_exr(path, read_bytes(path))
+
+
+def parse_exr(path, data):
+    """`read_exr` of bytes; `path` is how messages call them."""
+    _header(path, data)
     try:
-        parts = OpenEXR.File(io.BytesIO(data), num_threads=1).parts
-        pictures = {
-            part.name() or "": _pixels(part.channels)
-            for part in parts
-            if names is None or part.name() in names
-        }
+        parts = OpenEXR.File(io.BytesIO(data), num_threads=THREADS).parts
+        return {part.name() or "": _pixels(part.channels) for part in parts}
     except Exception as error:  # the binding raises RuntimeError and its own kinds
         raise _damaged(path, error) from None
-    return pictures
 
 
 def _header(path, data):

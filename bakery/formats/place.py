@@ -59,7 +59,7 @@ def staged(target, overwrite):
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         clean(target)
-        with _locked_folder(target) as hidden:
+        with locked_folder(target) as hidden:
             folder = hidden / "bundle"
             folder.mkdir()
             yield folder
@@ -108,7 +108,8 @@ def prefix(target):
 
 
 @contextlib.contextmanager
-def _locked_folder(target):
+def locked_folder(target):
+    """A hidden folder beside the target, locked, gone when the block ends."""
     hidden = Path(tempfile.mkdtemp(prefix=prefix(target), dir=target.parent))
     with open(hidden / "lock", "wb") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)

@@ -11,12 +11,11 @@ import json
 import logging
 import os
 import shutil
-import tempfile
 from pathlib import Path
 
 from bakery.errors import InputError
 from bakery.formats.files import digest, disk_error, write_bytes
-from bakery.formats.place import prefix
+from bakery.formats.place import locked_folder, prefix
 
 log = logging.getLogger(__name__)
 
@@ -48,6 +47,20 @@ class Work:
         log.info("%s: taken from the work folder", name)
         return data
 
+    def step(self, name, key, make, load):
+        """An entry, made unless it is there.
+
+        Args:
+            make: returns its bytes.
+            load: turns bytes into what they mean; called in both cases, so that a bake that goes on
+                gives the same bytes as one that was never interrupted.
+        """
+        data = self.get(name, key)
+        if data is None:
+            data = make()
+            self.put(name, key, data)
+        return load(data)
+
     def put(self, name, key, data):
         """Keep an entry."""
         write_bytes(self.folder / name, data)
@@ -78,7 +91,7 @@ def work_folder(target, folder=None):
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
-            with tempfile.TemporaryDirectory(prefix=prefix(target), dir=target.parent) as own:
+            with locked_folder(target) as own:
                 yield Work(own)
             return
         for stale in place.glob(".new-*"):

@@ -1,0 +1,53 @@
+"""`bakery build`: a portrait in, an avatar bundle out."""
+
+from pathlib import Path
+
+import click
+
+from bakery.cli import options
+
+
+@click.command(cls=options.Command)
+@options.photo
+@click.option(
+    "-o", "--output", required=True, type=click.Path(path_type=Path), help="The bundle's folder."
+)
+@click.option("--preset", default="default", show_default=True, help="Preset: name or TOML file.")
+@click.option(
+    "--set", "settings", multiple=True, metavar="TABLE.KEY=VALUE", help="Change a preset."
+)
+@click.option("--resolution", type=click.IntRange(512, 4096), help="Texels on a side (1024).")
+@options.head
+@click.option("--generator", default="rendered", show_default=True, help="What paints expressions.")
+@click.option("--detector", default="network", show_default=True, help="What finds landmarks.")
+@options.landmarks
+@options.face
+@options.frame
+@click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
+@click.option("--keep-photo", is_flag=True, help="Keep the portrait in the bundle.")
+@click.option("--work", type=click.Path(path_type=Path), help="Keep finished steps in this folder.")
+@options.overwrite
+@options.dry_run
+def build(photo, output, preset, settings, resolution, dry_run, **request):
+    """Bake PHOTO into an avatar bundle.
+
+    \b
+    bakery build portrait.jpg -o portrait.avatar
+    bakery build portrait.jpg -o portrait.avatar --resolution 2048 --set texture.mouths=100
+
+    An interrupted bake goes on where it stopped when it is called again.
+    """
+    from bakery import pipeline
+    from bakery import preset as presets
+
+    tables = presets.with_settings(presets.load("builds", preset), settings)
+    if resolution:
+        tables.setdefault("texture", {})["resolution"] = resolution
+    chosen = presets.options_from(pipeline.BuildOptions, tables, f"preset {preset}")
+    asked = pipeline.Request(photo=photo, output=output, options=chosen, **request)
+    if dry_run:
+        click.echo(pipeline.describe(asked))
+        return
+    with options.progress() as progress:
+        pipeline.build(asked, progress)
+    options.say(f"{output}: look at {output / 'preview.png'}")
