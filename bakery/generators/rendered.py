@@ -92,15 +92,13 @@ class RenderedGenerator:
             self._folds[subject] = (index[near], folds)
         index, folds = self._folds[subject]
         flat = np.zeros(WRINKLE_TEXELS**2, np.float32)
-        flat[index] = wrinkle_shading(folds, subject.head, subject.neutral, vertices)
+        flat[index] = wrinkle_shading(folds, vertices)
         return flat.reshape(WRINKLE_TEXELS, WRINKLE_TEXELS)
 
     def _interior(self, subject, conditions):
         """Eyes and mouth interior: colour [H, W, 3] and alpha [H, W] (1 on their pixels)."""
         head, part = subject.head, conditions.part
         camera, depth = conditions.camera, conditions.depth
-        turn = subject.light_rotation @ rotation.matrix(camera.rotation).T  # camera -> photo's
-        light = relative_irradiance(conditions.normals @ turn.T.astype(np.float32), subject.light)
         color = np.zeros(part.shape + (3,), np.float32)
 
         eyes = is_part(part, *EYES)
@@ -118,10 +116,14 @@ class RenderedGenerator:
                 head.landmarks(conditions.vertices)[list(INNER_LIPS)], camera
             )
             lip_depth = float(np.median(-lips[:, 2]))
-            reach = lip_occlusion(part, depth, camera.focal, lip_depth) * light
-            wet = self._wet(conditions.normals, mouth) * reach
-            sheen = 0.5 * wet * float(conditions.deformed_neutral[mouth].max())
-            color[mouth] = (conditions.deformed_neutral * reach[..., None] + sheen[..., None])[mouth]
+            reach = lip_occlusion(part, depth, camera.focal, lip_depth)[mouth]
+            normals, base = conditions.normals[mouth], conditions.deformed_neutral[mouth]
+            turn = subject.light_rotation @ rotation.matrix(camera.rotation).T  # camera -> photo's
+            light = relative_irradiance(normals @ turn.T.astype(np.float32), subject.light)
+            # Saliva shines under a broad source above the camera.
+            wet = np.clip(normals @ np.array([0.0, 0.35, 0.94], np.float32), 0, 1) ** 60
+            sheen = 0.5 * wet * base.max()
+            color[mouth] = (base * light[:, None] + sheen[:, None]) * reach[:, None]
         inside = eyes | mouth | is_part(part, "eye_socket")
         color = np.where(is_part(part, "eye_socket")[..., None], conditions.deformed_neutral * 0.5, color)
         return color, inside.astype(np.float32)
@@ -136,9 +138,3 @@ class RenderedGenerator:
         direction = points - head.eye_centers(conditions.vertices)[which]
         direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-6)
         return look_up(subject.eyes, which, direction, conditions.gaze)
-
-    @staticmethod
-    def _wet(normals, mouth):
-        """Specular sheen of saliva [H, W] from a broad source above the camera."""
-        half = np.array([0.0, 0.35, 0.94], np.float32)
-        return np.where(mouth, np.clip(normals @ half, 0, 1) ** 60, 0).astype(np.float32)

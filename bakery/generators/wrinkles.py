@@ -82,13 +82,30 @@ def mirror_landmarks(landmarks):
 
 
 @dataclass(frozen=True)
-class WrinkleMap:
-    """The folds of one head shape on its vertices and at some surface points."""
+class Probe:
+    """Measures how much of its length the surface loses across one fold."""
 
-    vertex_line: np.ndarray  # [n, V] float32 0..1: how much of line n's tension a vertex measures
-    across: np.ndarray  # [n, 3] unit: direction across line n
-    profile: np.ndarray  # [n, P] float32: log-ratio at the points at full depth
-    gain: np.ndarray  # [n]
+    corners: np.ndarray  # [n, 3] vertices of the faces around the fold
+    across: np.ndarray  # [n, 2] the direction across, in the edges of each face
+    length: np.ndarray  # [n] mm of that direction's image on the neutral face
+    weight: np.ndarray  # [n] sum 1
+    gain: float  # loss at which the fold is full
+
+    def depth(self, vertices):
+        """0 at rest to 1.2: how deep the fold is on a deformed shape [V, 3]."""
+        a, b, c = (vertices[self.corners[:, k]] for k in range(3))
+        image = self.across[:, :1] * (b - a) + self.across[:, 1:] * (c - a)
+        loss = np.clip(1 - np.linalg.norm(image, axis=1) / self.length, 0, 1)
+        return float(np.clip(loss @ self.weight / self.gain, 0, 1.2))
+
+
+@dataclass(frozen=True)
+class WrinkleMap:
+    """The folds of one head shape."""
+
+    probes: tuple[Probe, ...]
+    profiles: tuple  # (rows, values) each: log-ratio at some of the points, at full depth
+    count: int  # P, number of points
 
 
 def wrinkle_map(head, neutral, points, seed=0):
@@ -104,37 +121,66 @@ def wrinkle_map(head, neutral, points, seed=0):
     """
     landmarks = head.landmarks(neutral)
     mirror = mirror_landmarks(landmarks)
-    # Small displacements keep the folds from looking ruled.
-    wander = np.stack([value_noise(points, 9.0, seed + 20 + k) for k in range(3)], 1) * 0.5
-    moved = points + wander
-    strength = np.exp(0.35 * value_noise(points, 6.0, seed + 30))
-    vertex_line, across, profile, gain = [], [], [], []
+    skin = head.faces[head.part_faces("skin")]
+    centers = neutral[skin].mean(1)
+    probes, profiles = [], []
     for line in right_lines():
         for flip in (None, mirror):
             curve = _curve(line, landmarks, flip)
-            near, distance, signed, fade = _distances(curve, moved)
-            width = line.width * (0.35 + 0.65 * fade)
-            valley = np.exp(-((signed / width) ** 2))
-            shoulder = np.exp(-(((np.abs(signed) - 2.1 * width) / (1.1 * width)) ** 2))
-            shape = (-valley + 0.42 * shoulder) * fade * (distance < 6 * line.width)
-            if line.name == "glabella":
-                shape *= np.abs(points[:, 0]) > 0.5
-            profile.append(line.depth * shape * strength)
-            reach = np.linalg.norm(neutral[:, None] - curve[None, ::4], axis=2).min(1)
-            weight = np.exp(-((reach / 5.0) ** 2))
-            vertex_line.append(weight / max(weight.sum(), 1e-6))
-            along = curve[-1] - curve[0]
-            normal = np.cross(curve[len(curve) // 2] - [0, curve[:, 1].mean(), -60], along)
-            across.append(normal / np.linalg.norm(normal))
-            gain.append(line.gain)
-    return WrinkleMap(
-        np.array(vertex_line, np.float32), np.array(across), np.array(profile, np.float32),
-        np.array(gain),
-    )  # fmt: skip
+            margin = 8 * line.width
+            rows = np.flatnonzero(
+                ((points > curve.min(0) - margin) & (points < curve.max(0) + margin)).all(1)
+            )
+            profiles.append((rows, _profile(line, curve, points[rows], seed)))
+            probes.append(_probe(line, curve, neutral, skin, centers))
+    return WrinkleMap(tuple(probes), tuple(profiles), len(points))
+
+
+def _profile(line, curve, points, seed):
+    """Log-ratio [n] of a full fold at points: a dark valley between lighter shoulders."""
+    # Small displacements keep the folds from looking ruled.
+    wander = np.stack([value_noise(points, 9.0, seed + 20 + k) for k in range(3)], 1) * 0.5
+    strength = np.exp(0.35 * value_noise(points, 6.0, seed + 30))
+    distance, off_line, fade = _distances(curve, points + wander)
+    width = line.width * (0.35 + 0.65 * fade)
+    valley = np.exp(-((off_line / width) ** 2))
+    shoulder = np.exp(-(((off_line - 2.1 * width) / (1.1 * width)) ** 2))
+    shape = (-valley + 0.42 * shoulder) * fade * (distance < 6 * line.width)
+    return (line.depth * shape * strength).astype(np.float32)
+
+
+def _probe(line, curve, neutral, skin, centers):
+    """Faces around a fold and the direction across it on each."""
+    near = np.flatnonzero(
+        ((centers > curve.min(0) - 12) & (centers < curve.max(0) + 12)).all(1)
+    )
+    reach = np.linalg.norm(centers[near, None] - curve[None, ::4], axis=2).min(1)
+    near, reach = near[reach < 12], reach[reach < 12]
+    corners = skin[near]
+    a, b, c = (neutral[corners[:, k]] for k in range(3))
+    e1, e2 = b - a, c - a
+    normal = np.cross(e1, e2)
+    area = np.linalg.norm(normal, axis=1)
+    direction = np.cross(normal / np.maximum(area, 1e-9)[:, None], curve[-1] - curve[0])
+    direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-9)
+    # Coordinates of the direction in the edges of each face, by the normal equations.
+    g11, g12, g22 = (e1 * e1).sum(1), (e1 * e2).sum(1), (e2 * e2).sum(1)
+    p1, p2 = (direction * e1).sum(1), (direction * e2).sum(1)
+    determinant = np.maximum(g11 * g22 - g12**2, 1e-9)
+    across = np.stack([g22 * p1 - g12 * p2, g11 * p2 - g12 * p1], 1) / determinant[:, None]
+    image = across[:, :1] * e1 + across[:, 1:] * e2
+    weight = area * np.exp(-((reach / 5.0) ** 2))
+    return Probe(
+        corners,
+        across,
+        np.maximum(np.linalg.norm(image, axis=1), 0.2),
+        weight / max(weight.sum(), 1e-9),
+        line.gain,
+    )
 
 
 def _distances(curve, points):
-    """Nearest curve sample, distance, signed distance in the face plane, fade 0..1 at the ends."""
+    """Distance to the nearest curve sample, distance off the curve, fade 0..1 at its ends."""
     best = np.full(len(points), np.inf)
     near = np.zeros(len(points), np.int64)
     for k, sample in enumerate(curve):
@@ -146,47 +192,18 @@ def _distances(curve, points):
     offset = points - curve[near]
     along = (offset * tangent[near]).sum(1)
     off_line = offset - along[:, None] * tangent[near]
-    signed = np.linalg.norm(off_line, axis=1)
     position = near / (len(curve) - 1)
     fade = smoothstep(0, 0.25, position) * smoothstep(1, 0.75, position)
     beyond = np.where((near == 0) | (near == len(curve) - 1), np.abs(along), 0)
-    return near, np.sqrt(best), signed, fade * np.exp(-((beyond / 1.5) ** 2))
+    fade = fade * np.exp(-((beyond / 1.5) ** 2))
+    return np.sqrt(best), np.linalg.norm(off_line, axis=1), fade
 
 
-def compression(head, neutral, vertices, across):
-    """Share of length that the surface loses along directions: [n, V], 0 where it stretches.
-
-    Args:
-        across: [n, 3] unit directions at the neutral shape.
-    """
-    skin = head.faces[head.part_faces("skin")]
-    a, b, c = (neutral[skin[:, k]] for k in range(3))
-    e1, e2 = b - a, c - a
-    d1 = vertices[skin[:, 1]] - vertices[skin[:, 0]]
-    d2 = vertices[skin[:, 2]] - vertices[skin[:, 0]]
-    # Coordinates of each direction in the triangle's plane: least squares of [e1 e2] (s, t) = dir.
-    g11, g12, g22 = (e1 * e1).sum(1), (e1 * e2).sum(1), (e2 * e2).sum(1)
-    determinant = np.maximum(g11 * g22 - g12**2, 1e-9)
-    p1, p2 = across @ e1.T, across @ e2.T  # [n, F]
-    s = (g22 * p1 - g12 * p2) / determinant
-    t = (g11 * p2 - g12 * p1) / determinant
-    before = s[..., None] * e1 + t[..., None] * e2
-    after = s[..., None] * d1 + t[..., None] * d2
-    ratio = np.linalg.norm(after, axis=2) / np.maximum(np.linalg.norm(before, axis=2), 0.2)
-    loss = np.clip(1 - ratio, 0, 1)
-    area = np.linalg.norm(np.cross(e1, e2), axis=1)
-    total = np.zeros((len(across), len(neutral)))
-    mass = np.zeros(len(neutral))
-    for k in range(3):
-        mass += np.bincount(skin[:, k], area, len(neutral))
-        for n in range(len(across)):
-            total[n] += np.bincount(skin[:, k], area * loss[n], len(neutral))
-    return total / np.maximum(mass, 1e-9)
-
-
-def wrinkle_shading(wrinkles, head, neutral, vertices):
-    """Log-luminance ratio [P] at the map's points for a deformed shape."""
-    loss = compression(head, neutral, vertices, wrinkles.across)
-    felt = (loss * wrinkles.vertex_line).sum(1) / wrinkles.gain
-    depth = np.clip(felt, 0, 1.2)
-    return (depth[:, None].astype(np.float32) * wrinkles.profile).sum(0)
+def wrinkle_shading(wrinkles, vertices):
+    """Log-luminance ratio [P] at the map's points for a deformed shape [V, 3]."""
+    out = np.zeros(wrinkles.count, np.float32)
+    for probe, (rows, profile) in zip(wrinkles.probes, wrinkles.profiles):
+        depth = probe.depth(vertices)
+        if depth > 0.01:
+            out[rows] += depth * profile
+    return out

@@ -24,7 +24,7 @@ from bakery.types import Textures
 
 log = logging.getLogger(__name__)
 VIEWS = (0.0, 40.0, -40.0)  # degrees of yaw that each key expression is painted from
-RATIO_TEXELS = 1024  # the change T_k / T_0 is never finer than the generator's picture
+RATIO_TEXELS = 512  # the change T_k / T_0 is no finer than the generator's picture
 
 
 @dataclass(frozen=True)
