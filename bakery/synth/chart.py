@@ -91,7 +91,7 @@ class Chart:
             size = (max(2, self.width // shrink), max(2, self.height // shrink))
             small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
             small = cv2.GaussianBlur(small, (0, 0), sx / shrink, None, sy / shrink)
-            return cv2.resize(small, (self.width, self.height), interpolation=cv2.INTER_CUBIC)
+            return cv2.resize(small, (self.width, self.height), interpolation=cv2.INTER_LINEAR)
         return cv2.GaussianBlur(picture, (0, 0), max(sx, 0.3), None, max(sy, 0.3))
 
     def blob(self, center, sigma):

@@ -39,6 +39,10 @@ class Environment:
             total += lamp_radiance(lamp)
         return total
 
+    def irradiance_ambient(self):
+        """Spherical harmonics [9, 3] of the dome's irradiance / pi, without lamps and shadows."""
+        return self.ambient * COSINE[:, None] / np.pi
+
     def irradiance(self):
         """Spherical harmonics [9, 3] of the irradiance / pi (what albedo 1 shows), without shadows."""
         return self.radiance() * COSINE[:, None] / np.pi

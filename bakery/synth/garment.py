@@ -1,0 +1,163 @@
+"""What the subject wears: a shell around neck and shoulders that hides where the head model ends."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bakery.synth.chart import smoothstep
+from bakery.synth.noise import gradient_noise
+
+AROUND = 160  # columns of the shell
+DOWN = 72  # its rows
+
+
+@dataclass(frozen=True)
+class Garment:
+    """Clothes in head space."""
+
+    vertices: np.ndarray  # [n, 3] mm
+    faces: np.ndarray  # [m, 3]
+    band: np.ndarray  # [n] 1 on collar and hem, else 0
+    covered: np.ndarray  # [F] bool: faces of the head that lie under the clothes
+
+
+def _profile(skin, center):
+    """Radius [rows, AROUND] of the neck's skin by level and angle, and the levels [rows] mm."""
+    levels = np.arange(skin[:, 1].min(), skin[:, 1].min() + 110, 4.0)
+    angle = np.arctan2(skin[:, 0], skin[:, 2] - center)
+    radius = np.hypot(skin[:, 0], skin[:, 2] - center)
+    column = np.round((angle / (2 * np.pi) + 0.5) * AROUND).astype(int) % AROUND
+    out = np.zeros((len(levels), AROUND))
+    for row, y in enumerate(levels):
+        near = np.abs(skin[:, 1] - y) < 7
+        np.maximum.at(out[row], column[near], radius[near])
+    for _ in range(10):
+        wide = np.maximum(np.roll(out, 1, 1), np.roll(out, -1, 1))
+        out = np.where(out > 0, out, wide)
+    return out, levels
+
+
+def make_garment(head, subject, neutral):
+    """Cut clothes to a neutral shape [V, 3] mm."""
+    rng = subject.rng("clothes")
+    skin = neutral[head.part_vertices("skin")]
+    bottom = skin[:, 1].min()
+    chin = head.landmarks(neutral)[152]
+    neck = skin[np.abs(skin[:, 1] - (chin[1] - 22)) < 12]
+    neck = neck[neck[:, 2] < chin[2] - 5]
+    center = float((neck[:, 2].min() + neck[:, 2].max()) / 2)
+    low = skin[skin[:, 1] < bottom + 115]
+    profile, levels = _profile(low, center)
+    half = float(np.abs(neck[:, 0]).max())
+
+    angle = (np.arange(AROUND) / AROUND - 0.5) * 2 * np.pi
+    front = np.cos(angle)
+    high = {"crew": 32.0, "collar": 40.0, "turtleneck": 56.0}[subject.clothes]
+    line = bottom + high + 20 * (1 - front) / 2 + 20 * np.sin(angle) ** 2
+    if subject.clothes == "collar":
+        line = line - 16 * smoothstep(0.45, 0.0, np.abs(angle))
+    if subject.clothes == "turtleneck":
+        line = bottom + high + 20 * (1 - front) / 2
+    width = rng.uniform(0.92, 1.05)
+    rows = []
+    share = np.linspace(0, 1, DOWN) ** 1.35
+    start = bottom + 34
+    for s in share:
+        y = line - 330 * s
+        d = np.clip(start - y, 0, None)
+        out_x = half + 4 + (122 * width) * (1 - np.exp(-((d / 62) ** 1.5)))
+        out_front = half * 0.86 + 8 + 62 * (1 - np.exp(-((d / 120) ** 1.2)))
+        out_back = half * 0.80 + 8 + 55 * (1 - np.exp(-((d / 70) ** 1.2)))
+        out_z = np.where(front > 0, out_front, out_back)
+        shell = 1 / np.power(
+            np.abs(np.sin(angle) / out_x) ** 2.3 + np.abs(front / out_z) ** 2.3, 1 / 2.3
+        )
+        under = np.stack([np.interp(v, levels, profile[:, k]) for k, v in enumerate(y)])
+        under = np.where(y < bottom, 0, under)
+        kernel = np.hanning(13) / np.hanning(13).sum()
+        under = np.convolve(np.concatenate([under[-6:], under, under[:6]]), kernel, "valid")
+        tight = under + 3.5
+        loose = np.maximum(shell, tight) if subject.clothes != "turtleneck" else np.maximum(
+            np.where(y > bottom + 36, tight, np.maximum(shell * 0.97, tight)), tight
+        )
+        rows.append(np.stack([loose * np.sin(angle), y, center + loose * front], 1))
+    rows = np.stack(rows)
+    outward = np.stack([np.sin(angle), np.zeros(AROUND), front], 1)
+    band_rows = {"crew": 20.0, "collar": 0.0, "turtleneck": 30.0}[subject.clothes]
+    below = line[None] - rows[..., 1]
+    band = smoothstep(band_rows + 1.0, band_rows - 1.0, below) if band_rows else np.zeros_like(below)
+    rows += band[..., None] * outward * (2.0 if subject.clothes == "crew" else 3.5)
+    fold = rng.normal(size=3) * 4
+    points = rows.reshape(-1, 3)
+    bumps, _ = gradient_noise(points + fold, (46, 90, 46), subject.seed + 71, octaves=2)
+    rows += (bumps.reshape(below.shape) * 7 * smoothstep(25, 90, below))[..., None] * outward
+    inner = rows[:1] - outward * 5.5 + [0, -1.0, 0]
+    deeper = inner - [0, 14.0, 0]
+    rim = rows[:1] - outward * 2.2 + [0, 1.8, 0]
+    rows = np.concatenate([deeper, inner, rim, rows])
+    band = np.concatenate([np.repeat(band[:1], 3, 0), band])
+    vertices, faces, bands = rows.reshape(-1, 3), _grid(len(rows)), band.ravel()
+    if subject.clothes == "collar":
+        leaf, leaf_faces = _collar(rows[3:], line, angle, outward)
+        faces = np.concatenate([faces, leaf_faces + len(vertices)])
+        vertices = np.concatenate([vertices, leaf])
+        bands = np.concatenate([bands, np.full(len(leaf), 0.5)])
+    hidden = _hidden(head, neutral, angle, line, center)
+    return Garment(vertices.astype(np.float32), faces.astype(np.int32), bands.astype(np.float32), hidden)
+
+
+def _grid(rows, closed=True):
+    """Faces of a sheet of rows x AROUND vertices."""
+    r, c = np.mgrid[: rows - 1, : AROUND if closed else AROUND - 1]
+    a, b = r * AROUND + c, r * AROUND + (c + 1) % AROUND
+    quads = np.stack([a, a + AROUND, b + AROUND, b], -1).reshape(-1, 4)
+    return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+def _collar(rows, line, angle, outward):
+    """The two leaves of a shirt collar, folded over at the neck line."""
+    count = 14
+    away = np.abs(angle)
+    gap = smoothstep(0.10, 0.24, away)
+    long = 40 + 26 * np.exp(-(((away - 0.42) / 0.34) ** 2))
+    top = rows[0] + [0, 13.0, 0] - outward * 1.0
+    out = []
+    for s in np.linspace(0, 1, count):
+        roll = np.sin(np.pi * min(s * 5, 1)) * 2.5
+        y = top[:, 1] + roll - s * long * gap
+        reach = 3.0 + 4.0 * np.sin(np.pi * min(s * 3, 0.5)) + 5.0 * s
+        level = np.clip(line - y, 0, None)
+        row = np.clip(level / 330, 0, 1) ** (1 / 1.35) * (len(rows) - 1)
+        k = np.clip(row.astype(int), 0, len(rows) - 2)
+        w = (row - k)[:, None]
+        column = np.arange(AROUND)
+        body = rows[k, column] * (1 - w) + rows[k + 1, column] * w
+        flat = np.stack([body[:, 0], y, body[:, 2]], 1)
+        out.append(flat + outward * reach)
+    sheet = np.stack(out)
+    back = sheet - outward * 2.2
+    faces = _grid(count)
+    gone = gap < 0.02
+    column = faces % AROUND
+    faces = faces[~gone[column].any(1)]
+    lift = sheet.reshape(-1, 3)
+    under = back.reshape(-1, 3)
+    return np.concatenate([lift, under]), np.concatenate([faces, faces[:, ::-1] + len(lift)])
+
+
+def _hidden(head, neutral, angle, line, center):
+    """Faces [F] of the head that lie well below the neck line."""
+    where = np.arctan2(neutral[:, 0], neutral[:, 2] - center)
+    edge = np.interp(where, angle, line, period=2 * np.pi)
+    below = neutral[:, 1] < edge - 9
+    return below[head.faces].all(1)
+
+
+def cloth_inputs(subject, points, band):
+    """Albedo [N, 3] linear and slope [N, 3] of cloth at rest points [N, 3] mm."""
+    folds, fold_slope = gradient_noise(points, (38, 75, 38), subject.seed + 72, octaves=3, gain=0.45)
+    knit, knit_slope = gradient_noise(points, (0.9, 1.5, 0.9), subject.seed + 73, octaves=2, gain=0.8)
+    angle = np.arctan2(points[:, 0], points[:, 2] + 60)
+    rib = np.cos(angle * 150) * band if subject.clothes != "collar" else 0 * angle
+    albedo = subject.cloth_color * (1 + 0.10 * knit + 0.05 * folds + 0.10 * rib)[:, None]
+    return albedo.astype(np.float32), fold_slope * 6.0 + knit_slope * 0.10

@@ -1,0 +1,310 @@
+"""Paint a subject in a scene, with everything that is known about the picture."""
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from bakery.geometry import rotation
+from bakery.geometry.camera import crop, project, project_camera, to_camera
+from bakery.geometry.mesh import vertex_normals
+from bakery.geometry.raster import rasterize
+from bakery.geometry.sample import interpolate
+from bakery.heads.base import EYES, INTERIOR, PARTS
+from bakery.synth import facial, film, garment, skin
+from bakery.synth.chart import chart_of
+from bakery.synth.eyes import shade_eye
+from bakery.synth.hair import grow_scalp, hair_color
+from bakery.synth.light import ShadowMap, disc_directions, transfer
+from bakery.synth.roots import scalp_mask
+from bakery.synth.strands import Strands, Volume, draw_strands, shade_strands
+from bakery.synth.surface import PART_COLORS, bend, diffuse, highlights, scatter
+from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
+
+CLOTH = len(PARTS)  # part number of clothes in the merged mesh
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A painted picture and the truth about it."""
+
+    encoded: np.ndarray  # [H, W, 3] float32 sRGB-encoded 0..1
+    camera: object  # Camera
+    identity: np.ndarray  # [I]
+    expression: np.ndarray  # [E]
+    gaze: np.ndarray  # [2] degrees
+    light: np.ndarray  # [9, 3] irradiance / pi of the unshadowed light
+    landmarks: np.ndarray  # [L, 2] pixels
+    masks: dict  # name -> [H, W] float32 share: skin, hair, clothes, background, eyes, mouth
+
+
+@dataclass(frozen=True)
+class Wardrobe:
+    """What a subject keeps from picture to picture."""
+
+    subject: object
+    head: object
+    chart: object
+    neutral: np.ndarray  # [V, 3] mm
+    scalp: np.ndarray  # [H, W] hair density on the chart
+    hair: Strands
+    clothes: object
+    share: float  # of the full number of hairs
+
+
+def dress(head, subject, detail=4.0, share=1.0):
+    """Prepare a subject for painting.
+
+    Args:
+        detail: pixels a mm of the skin's chart.
+        share: of the full number of hairs.
+    """
+    chart = chart_of(head, detail)
+    neutral = head.neutral(subject.identity)
+    mask = scalp_mask(chart, subject)
+    hair = grow_scalp(head, chart, subject, mask, neutral, share)
+    return Wardrobe(
+        subject, head, chart, neutral, mask, hair, garment.make_garment(head, subject, neutral), share
+    )
+
+
+def _merge(wardrobe, posed):
+    """One mesh of head and clothes: vertices, faces, part [F], rest [V, 3], band [V]."""
+    head, clothes = wardrobe.head, wardrobe.clothes
+    shown = head.part_faces("skin", *INTERIOR)
+    shown = shown[~clothes.covered[shown]]
+    offset = len(posed)
+    vertices = np.concatenate([posed, clothes.vertices])
+    faces = np.concatenate([head.faces[shown], clothes.faces + offset])
+    part = np.concatenate([head.face_part[shown], np.full(len(clothes.faces), CLOTH)]).astype(int)
+    rest = np.concatenate([head.mean, clothes.vertices])
+    band = np.concatenate([np.zeros(offset), clothes.band])
+    return vertices, faces, part, rest, band
+
+
+def _move(strands, camera):
+    turn = rotation.matrix(camera.rotation)
+    return replace(
+        strands,
+        points=to_camera(strands.points, camera).astype(np.float32),
+        normals=strands.normals @ turn.T,
+    )
+
+
+def _normals(vertices, faces, part):
+    """Vertex normals [V, 3], each part on its own so that lids and lips keep their own side."""
+    out = np.zeros_like(vertices)
+    for number in np.unique(part):
+        own = faces[part == number]
+        used = np.unique(own)
+        out[used] = vertex_normals(vertices, own)[used]
+    skin = faces[part == PARTS.index("skin")]
+    used = np.unique(skin)
+    out[used] = vertex_normals(vertices, skin)[used]
+    return out
+
+
+def paint(wardrobe, scene, supersample=2, quality=1.0):
+    """Paint one picture.
+
+    Args:
+        wardrobe: from `dress`.
+        scene: from `bakery.synth.scene`.
+        supersample: samples per pixel and axis.
+        quality: scales the number of shadow directions.
+
+    Returns:
+        Picture.
+    """
+    subject, head, chart = wardrobe.subject, wardrobe.head, wardrobe.chart
+    environment = scene.environment
+    fine = crop(
+        scene.camera, 0, 0, scene.camera.width * supersample, scene.camera.height * supersample, supersample
+    )
+    height, width = fine.height, fine.width
+    posed = head.vertices(wardrobe.neutral, scene.expression, scene.gaze)
+    merged, faces, part, rest, band = _merge(wardrobe, posed)
+    vertices = to_camera(merged, fine)
+    normals = _normals(vertices, faces, part)
+    seen = rasterize(project_camera(vertices, fine), -vertices[:, 2], faces, (height, width))
+
+    sets = [wardrobe.hair, *facial.brows(head, chart, subject, posed, wardrobe.share)]
+    sets += facial.beard(head, chart, subject, posed, wardrobe.share)
+    lash = facial.lashes(head, subject, posed, wardrobe.share)
+    sets = [_move(s, fine) for s in sets]
+    lash = [_move(s, fine) for s in lash]
+    volume = Volume([sets[0]] + [s for s in sets if s.kind == "beard"])
+
+    baked, openness = _bake(vertices, normals, faces, environment, volume, quality)
+    rows, columns = np.nonzero(seen.face >= 0)
+    corner = faces[seen.face[rows, columns]]
+    weight = seen.barycentric[rows, columns]
+
+    def blend(values):
+        return np.einsum("nk,nkc->nc", weight, values.astype(np.float32)[corner])
+
+    points, smooth = blend(vertices), blend(normals)
+    smooth /= np.linalg.norm(smooth, axis=1, keepdims=True) + 1e-9
+    kind = part[seen.face[rows, columns]]
+    still, shade = blend(rest), blend(np.concatenate([baked, openness[:, None], band[:, None]], 1))
+    view = -points / np.linalg.norm(points, axis=1, keepdims=True)
+    visibility = _visibility(points, smooth, vertices, faces, environment, volume, quality)
+    pixel = float(np.median(points[:, 2] / -fine.focal))
+
+    image = np.zeros((height, width, 3), np.float32)
+    is_skin, is_cloth = kind == PARTS.index("skin"), kind == CLOTH
+    folds = _folds(scene.expression)
+    maps = skin.design_skin(chart, subject, wardrobe.scalp, **folds)
+    turn = rotation.matrix(fine.rotation).astype(np.float32)
+    _shade_skin(
+        image, (rows, columns), is_skin, subject, chart, maps, still, smooth, view, shade,
+        visibility, environment, turn, pixel, seen,
+    )  # fmt: skip
+    at = np.flatnonzero(is_cloth)
+    if len(at):
+        albedo, slope = garment.cloth_inputs(subject, still[at], shade[at, 4])
+        normal = bend(smooth[at], slope @ turn.T)
+        light = diffuse(normal, smooth[at], environment, visibility[:, at], shade[at, :3], np.full(3, 0.1))
+        sheen = highlights(
+            normal, view[at], np.full(len(at), 0.75, np.float32), 0.03, environment, visibility[:, at], shade[at, 3]
+        )
+        image[rows[at], columns[at]] = albedo * light + 0.5 * sheen
+    marks = to_camera(head.landmarks(posed), fine)
+    centers = to_camera(head.eye_centers(wardrobe.neutral), fine)
+    for number, name in enumerate(PARTS):
+        at = np.flatnonzero(kind == number)
+        if not len(at) or name == "skin":
+            continue
+        if name.startswith("eye_") and name[4:] in EYES:
+            side = name[4:]
+            center = centers[EYES.index(side)]
+            ball = float(np.median(np.linalg.norm(vertices[np.unique(faces[part == number])] - center, axis=1)))
+            mask = np.zeros((height, width), bool)
+            mask[rows[at], columns[at]] = True
+            image[rows[at], columns[at]] = shade_eye(
+                subject, side, points[at], (rows[at], columns[at]), mask, pixel, marks, center, ball,
+                environment, visibility[0, at],
+            )  # fmt: skip
+        elif name in PART_COLORS:
+            image[rows[at], columns[at]] = _shade_inside(
+                name, smooth[at], view[at], shade[at], visibility[:, at], environment
+            )
+    linear, masks = _compose(scene, subject, seen, part, image, sets, lash, volume, environment, fine, supersample)
+    rng = np.random.default_rng([scene.seed, 5])
+    return Picture(
+        film.develop(linear, rng, scene.grain, scene.blur, scene.quality),
+        scene.camera,
+        subject.identity,
+        scene.expression,
+        np.asarray(scene.gaze, float),
+        environment.irradiance(),
+        project(head.landmarks(posed), scene.camera),
+        masks,
+    )
+
+
+def _folds(expression):
+    w = dict(zip(EXPRESSIONS, expression))
+    assert len(w) == len(EXPRESSION_INDEX)
+    return {
+        "smile": float(w["mouthSmileLeft"] + w["mouthSmileRight"]) / 2,
+        "brow_raise": float(max(w["browInnerUp"], (w["browOuterUpLeft"] + w["browOuterUpRight"]) / 2)),
+        "frown": float(w["browDownLeft"] + w["browDownRight"]) / 2,
+    }
+
+
+def _bake(vertices, normals, faces, environment, volume, quality):
+    """Shadowed dome light [V, 3] and openness [V] at the vertices."""
+    carried, openness = transfer(vertices, normals, faces, max(24, int(80 * quality)))
+    hidden = np.exp(-0.10 * volume.thickness(vertices + normals, normals, 1.0, 26.0))
+    baked = np.maximum(carried @ environment.ambient, 0) * (0.25 + 0.75 * hidden)[:, None]
+    return baked, np.clip(openness * hidden, 0, 1)
+
+
+def _visibility(points, normals, vertices, faces, environment, volume, quality):
+    """How much of each lamp [lamps, N] reaches each point."""
+    out = np.ones((len(environment.lamps), len(points)), np.float32)
+    for k, lamp in enumerate(environment.lamps):
+        count = max(3, int((14 if k == 0 else 6) * quality))
+        total = np.zeros(len(points), np.float32)
+        lifted = (points + normals * 0.6).astype(np.float32)
+        for toward in disc_directions(lamp, count):
+            total += ShadowMap(vertices, faces, toward, 900 if quality >= 1 else 384).lit(lifted, 0.8, 2.0)
+        shadow = volume.thickness(points, lamp.direction, 1.5, 70.0)
+        out[k] = total / count * np.exp(-0.14 * shadow)
+    return out
+
+
+def _shade_skin(
+    image, where, is_skin, subject, chart, maps, still, smooth, view, shade, visibility, environment, turn, pixel, seen
+):
+    """Fill the skin pixels of the image."""
+    rows, columns = where[0][is_skin], where[1][is_skin]
+    albedo, rough, slope, cavity, lips = skin.shade_inputs(
+        chart, maps, subject, still[is_skin], hair_color(subject)
+    )
+    base, baked, lit = smooth[is_skin], shade[is_skin, :3], visibility[:, is_skin]
+    openness = shade[is_skin, 3]
+    normal = bend(base, (slope @ turn.T).astype(np.float32))
+    light = diffuse(normal, base, environment, lit, baked, np.array([0.42, 0.16, 0.08]))
+    flat = np.zeros_like(image)
+    flat[rows, columns] = light * cavity[:, None]
+    mask = np.zeros(image.shape[:2], np.float32)
+    mask[rows, columns] = 1
+    spread = scatter(flat, mask, pixel)[rows, columns]
+    # Light that bounces in creases comes back redder.
+    bounce = albedo ** (1 + 0.35 * (1 - openness)[:, None] ** 2)
+    reflectance = 0.026 + 0.006 * lips
+    shine = highlights(normal, view[is_skin], rough, reflectance, environment, lit, openness)
+    strength = (0.85 + 0.35 * (subject.gloss - 1)) * cavity**2
+    image[rows, columns] = bounce * spread + shine * strength[:, None]
+
+
+def _shade_inside(name, normal, view, shade, visibility, environment):
+    """Colour [n, 3] of teeth, gums, tongue and cavity, darker further in."""
+    albedo = np.array(PART_COLORS[name], np.float32)
+    wet = 0.25 if name != "mouth_cavity" else 0.4
+    lit = visibility * (0.8 if name.startswith("teeth") else 0.6)
+    openness = shade[:, 3]
+    light = diffuse(normal, normal, environment, lit, shade[:, :3] * 1.3, np.array([0.3, 0.2, 0.15]))
+    light *= (0.25 + 0.75 * np.clip(openness * 2.2, 0, 1))[:, None]
+    if name == "eye_socket":
+        wet = 0.35
+    shine = highlights(normal, view, np.full(len(view), wet, np.float32), 0.04, environment, lit, openness)
+    return albedo * light + shine * np.clip(openness * 1.5, 0, 1)[:, None]
+
+
+def _shrink(picture, supersample):
+    if supersample == 1:
+        return picture
+    size = (picture.shape[1] // supersample, picture.shape[0] // supersample)
+    return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+
+
+def _compose(scene, subject, seen, part, image, sets, lash, volume, environment, fine, supersample):
+    """Draw hair over the image, lay it on the background, and shrink: linear [H, W, 3] and masks."""
+    height, width = image.shape[:2]
+    rng = np.random.default_rng([scene.seed, 3])
+    behind = film.background(rng, scene.background, height, width, scene.background_color)
+    solid = seen.face >= 0
+    image[~solid] = behind[~solid]
+    wall = seen.depth.astype(np.float32)
+    cover = np.zeros((height, width), np.float32)
+    colors = [shade_strands(s, environment, volume) for s in sets]
+    draw_strands(sets[1:], colors[1:], fine, wall, image, np.zeros_like(cover))
+    fringe = [shade_strands(s, environment, volume, 0.8) for s in lash]
+    draw_strands(lash, fringe, fine, wall + 2.0, image, np.zeros_like(cover))
+    draw_strands(sets[:1], colors[:1], fine, wall, image, cover)
+    kinds = np.full((height, width), -1)
+    kinds[solid] = part[seen.face[solid]]
+    groups = {
+        "skin": ["skin", "eye_socket"],
+        "eyes": ["eye_left", "eye_right"],
+        "mouth": ["mouth_cavity", "teeth_upper", "teeth_lower", "gums_upper", "gums_lower", "tongue"],
+    }
+    bare = 1 - cover
+    masks = {"hair": cover, "clothes": (kinds == CLOTH) * bare, "background": (kinds < 0) * bare}
+    for name, members in groups.items():
+        masks[name] = np.isin(kinds, [PARTS.index(m) for m in members]) * bare
+    masks = {name: _shrink(m.astype(np.float32), supersample) for name, m in masks.items()}
+    return _shrink(image, supersample), masks

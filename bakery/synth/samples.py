@@ -1,0 +1,127 @@
+"""The portraits of `samples/`: six people who never lived, written down trait by trait."""
+
+import hashlib
+
+import numpy as np
+
+from bakery.formats.files import write_bytes
+from bakery.formats.image import write_image
+from bakery.formats.record import dump, faces_to_table
+from bakery.heads.base import look, weights
+from bakery.synth.render import dress, paint
+from bakery.synth.scene import EXPRESSIVE, Scene, portrait_camera, studio_light
+from bakery.synth.subject import Subject
+from bakery.types import Landmarks
+
+WIDTH, HEIGHT = 1024, 1280
+
+
+def _identity(seed, spread, count=60):
+    return (np.random.default_rng(seed).normal(size=count) * spread).astype(np.float32)[:48]
+
+
+def _scene(seed, background, color, expression=None, gaze=(0.0, 0.0), light=None, **camera):
+    return Scene(
+        portrait_camera(WIDTH, HEIGHT, **camera),
+        studio_light(**(light or {})),
+        look(weights(expression or {}), gaze),
+        np.asarray(gaze, float),
+        background,
+        np.asarray(color, float),
+        seed,
+        grain=1.0,
+        blur=0.45,
+        quality=None,
+    )
+
+
+def people():
+    """Name -> (Subject, Scene) of every sample."""
+    smile = {name: weight * 0.8 for name, weight in EXPRESSIVE["smile"].items()}
+    return {
+        "anna": (
+            Subject(
+                101, _identity(14, 0.7), age=29, melanin=0.28, haemoglobin=1.0, freckles=0.5, lip_color=1.3,
+                iris="green", hair="bob", hair_color="chestnut", part=-1.0, brow_density=0.85,
+                brow_length=0.9, lash_length=1.15, clothes="crew", cloth_color=np.array([0.035, 0.09, 0.085]),
+            ),
+            _scene(1, "studio", (0.32, 0.33, 0.36), light={"azimuth": -30.0}),
+        ),
+        "bela": (
+            Subject(
+                102, _identity(16, 0.7), age=36, melanin=0.55, stubble=0.55, iris="brown", hair="side_part",
+                hair_color="dark brown", hairline=3.0, brow_density=1.15, brow_length=1.1, lash_length=0.85,
+                clothes="collar", cloth_color=np.array([0.42, 0.50, 0.60]),
+            ),
+            _scene(2, "room", (0.34, 0.30, 0.25), light={"azimuth": 48.0, "fill": 0.25}, yaw=-7.0),
+        ),
+        "chidi": (
+            Subject(
+                103, _identity(10, 0.7), age=31, melanin=2.5, gloss=1.2, iris="dark brown", hair="curly",
+                hair_color="black", stubble=0.25, brow_density=1.1, lash_length=0.9, clothes="crew",
+                cloth_color=np.array([0.55, 0.53, 0.48]),
+            ),
+            _scene(3, "studio", (0.26, 0.21, 0.17), light={"azimuth": -38.0, "rim": 0.5}),
+        ),
+        "dalia": (
+            Subject(
+                104, _identity(24, 0.7), age=27, melanin=1.55, lip_color=1.5, iris="dark brown",
+                hair="pulled_back", hair_color="black", brow_density=1.0, brow_length=0.95, lash_length=1.2,
+                clothes="turtleneck", cloth_color=np.array([0.33, 0.07, 0.05]),
+            ),
+            _scene(4, "garden", (0.22, 0.30, 0.20), smile, light={"azimuth": 25.0, "warm": 0.6}),
+        ),
+        "emil": (
+            Subject(
+                105, _identity(18, 0.7), age=69, melanin=0.22, haemoglobin=1.2, moles=7, iris="blue",
+                hair="thinning", hair_color="grey", grey=0.6, hairline=9.0, brow_density=0.9,
+                brow_length=1.15, lash_length=0.75, clothes="collar",
+                cloth_color=np.array([0.60, 0.60, 0.58]), stubble=0.2,
+            ),
+            _scene(5, "studio", (0.20, 0.23, 0.27), light={"azimuth": -42.0, "radius": 10.0}, yaw=4.0),
+        ),
+        "fumiko": (
+            Subject(
+                106, _identity(12, 0.7), age=58, melanin=0.62, haemoglobin=0.9, moles=5, iris="dark brown",
+                hair="bob", hair_color="black", grey=0.35, part=1.0, brow_density=0.7, lash_length=0.9,
+                lip_color=1.15, clothes="crew", cloth_color=np.array([0.16, 0.14, 0.22]),
+            ),
+            _scene(6, "room", (0.42, 0.40, 0.37), light={"azimuth": 32.0}, yaw=6.0),
+        ),
+    }  # fmt: skip
+
+
+def truth_table(picture):
+    """The landmarks of a painted picture as the JSON table that `bakery detect` writes."""
+    height, width = picture.encoded.shape[:2]
+    points = picture.landmarks
+    low, high = points.min(0), points.max(0)
+    face = Landmarks(
+        box=np.concatenate([low, high - low]), score=1.0, points=points, confidence=np.ones(len(points))
+    )
+    return faces_to_table(width, height, [face])
+
+
+def write(head, folder, names=None, quality=93):
+    """Paint the samples into a folder: NAME.jpg and NAME.json, the landmarks.
+
+    Args:
+        head: head model; the committed samples use the built-in one.
+        folder: Path; made if missing.
+        names: which of `people`; None for all.
+
+    Yields:
+        Path of each picture once it is written.
+    """
+    for name, (subject, scene) in people().items():
+        if names and name not in names:
+            continue
+        picture = paint(dress(head, subject), scene)
+        write_image(folder / f"{name}.jpg", picture.encoded, quality)
+        write_bytes(folder / f"{name}.json", dump(truth_table(picture)))
+        yield folder / f"{name}.jpg"
+
+
+def digest(picture):
+    """Digest of a picture's pixels, to tell whether two runs agree."""
+    return hashlib.sha256(np.round(picture.encoded * 255).astype(np.uint8).tobytes()).hexdigest()
