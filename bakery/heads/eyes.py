@@ -135,11 +135,14 @@ def eyeball(side, ball):
 def eye_cap(side, ball, gap):
     """The image carrier in front of an eyeball: part of a sphere that does not turn.
 
+    It keeps the radius of the white, without the cornea's bulge: lids lie on the white, and a cap
+    any larger would cut through them.
+
     Args:
-        gap: mm between the top of the cornea and the cap.
+        gap: mm between the white of the eye and the cap.
     """
     directions, faces, uv = disc(np.linspace(0, CAP_ANGLE, 14)[1:], CAP_ANGLE)
-    mean = ball.center + (ball.radius * (1 + CORNEA) + gap) * directions
+    mean = ball.center + (ball.radius + gap) * directions
     return Patch(
         parts=part_ids("eye_cap_" + side, len(faces)),
         mean=mean,

@@ -320,7 +320,7 @@ def build(source):
             ball.center - origin, ball.radius, ball.iris, ball.center_modes, ball.scale_modes
         )
         patches.append(boxed(eyeball(side, ball), BOXES["eye_" + side]))
-        patches.append(boxed(eye_cap(side, ball, 0.3), BOXES["eye_cap_" + side]))
+        patches.append(boxed(eye_cap(side, ball, 0.05), BOXES["eye_cap_" + side]))
     head = join(patches, "ict", LICENCE, SOURCE, {name: BOXES[name] for name in CARRIERS})
     known = known_landmarks("ict")
     return on_faces(head, known["faces"], known["barycentric"]) if known else head

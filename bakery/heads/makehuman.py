@@ -160,9 +160,12 @@ def skin_chart(mean, faces):
     number = np.full(len(points), -1)
     number[compact] = np.arange(len(compact))
     box = np.array([1024 * atlas.SKIN_BOX[2], 1024 * atlas.SKIN_BOX[3]])
-    uv = atlas.flatten(
-        points[compact], uv_small, number[rim], rim_uv * box, face_density(points[compact])
-    )
+    density = face_density(points[compact])
+    uv = atlas.flatten(points[compact], uv_small, number[rim], rim_uv * box, density)
+    held = np.zeros((len(compact), 2), bool)
+    edge = rim_uv[:, None] == np.array([[[0.0, 0.0]], [[1.0, 1.0]]]).transpose(1, 0, 2)
+    held[number[rim]] = edge.any(1)
+    uv = atlas.relax(points[compact], uv_small, uv, held, density)
     uv /= box
     copies = {w: v for v, w in copy.items()}
     source = np.array([copies.get(int(v), int(v)) for v in compact])
@@ -311,7 +314,7 @@ def build(raw, boxes=atlas.BOXES):
     sheet = mouth_sheet(lips, body.mean, body.identity, body.expression, jaw)
     patches.append(boxed(sheet, boxes["mouth_sheet"]))
     for side, ball in zip(("left", "right"), balls):
-        patches.append(boxed(eye_cap(side, ball, 0.2), boxes["eye_cap_" + side]))
+        patches.append(boxed(eye_cap(side, ball, 0.05), boxes["eye_cap_" + side]))
     carriers = {name: boxes[name] for name in ("mouth_sheet", "eye_cap_left", "eye_cap_right")}
     head = join(patches, "makehuman", LICENCE, SOURCE, carriers)
     known = known_landmarks("makehuman")
