@@ -27,7 +27,7 @@ def find_glasses(lightness, points, radius):
     """
     none = np.zeros(lightness.shape, bool)
     middle = lightness[radius < 0.45]
-    smooth = cv2.GaussianBlur(lightness, (0, 0), 0.7) * (60 / max(float(np.median(middle)), 1))
+    smooth = cv2.GaussianBlur(lightness, (0, 0), 0.7) * (60 / max(float(np.median(middle)), 35))
     across = cv2.morphologyEx(smooth, cv2.MORPH_CLOSE, np.ones((15, 1), np.uint8)) - smooth
     depth = min(_bars(across, points))
     if depth < BAR:

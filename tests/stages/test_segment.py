@@ -7,6 +7,7 @@ import pytest
 from bakery.stages import segment_prior as prior
 from bakery.stages.segment import (
     BACKGROUND,
+    CLOTHES,
     EYES,
     GLASSES,
     HAIR,
@@ -174,7 +175,9 @@ def test_class_shares_are_shares():
     assert shares.min() >= 0
     assert shares.sum(0).max() <= 1 + 2 / 35  # rounding of the tables
     assert shares[0, 190, 200] == 1  # the middle of the face is skin
-    assert 0.95 < radius[190, 200 + int(70 * np.sqrt(0.8))] < 1.05  # half the width, 0.8 of the height
+    assert (
+        0.95 < radius[190, 200 + int(70 * np.sqrt(0.8))] < 1.05
+    )  # half the width, 0.8 of the height
 
 
 def test_guided_filter_keeps_linear_maps():
@@ -205,3 +208,35 @@ def test_real_face(shared, name):
     columns, rows = points[inside].astype(int).T
     assert np.isin(result.labels[rows, columns], [SKIN, LABELS.index("lips")]).all()
     assert result.skin[:100].max() == 0
+
+
+@pytest.mark.parametrize("wall", ["black", "wood", "clutter"])
+def test_the_wall_does_not_matter(shared, wall):
+    """Another background and a dyed shirt change the mask of a real face by little."""
+    rng = np.random.default_rng(3)
+    folder = shared / "portraits"
+    table = np.load(folder / "dense478.npz")
+    for name in ("017_neutral", "081_neutral", "099_smiling", "129_neutral"):
+        name = f"london/train/{name}.jpg"
+        encoded = cv2.imread(str(folder / name))[..., ::-1].astype(np.float32) / 255
+        points = table["points"][list(table["names"]).index(name)][:, :2]
+        before = segment(encoded, points)
+        shape = encoded.shape[:2]
+        if wall == "black":
+            other = np.full((*shape, 3), 0.03, np.float32)
+        elif wall == "wood":  # streaks in the hue of skin and hair
+            grain = cv2.resize(rng.standard_normal((8, 200)).astype(np.float32), shape[::-1])
+            other = np.float32([0.42, 0.27, 0.16]) * (1 + 0.3 * grain[..., None])
+        else:
+            other = 0.45 + 0.25 * sum(
+                cv2.resize(rng.standard_normal((n, n, 3)).astype(np.float32), shape[::-1])
+                for n in (4, 12, 40, 120)
+            )
+        behind = cv2.GaussianBlur((before.labels == BACKGROUND).astype(np.float32), (0, 0), 1.2)
+        behind = behind[..., None]
+        dyed = np.where((before.labels == CLOTHES)[..., None], np.float32([0.3, 0.5, 0.2]), 1)
+        after = segment(np.clip(encoded * dyed * (1 - behind) + other * behind, 0, 1), points)
+        face = before.skin > 0.5
+        person = cv2.dilate(np.isin(before.labels, (1, 5, 6, 7)).astype(np.uint8), np.ones((3, 3)))
+        assert ((after.skin > 0.5) & (person == 0)).sum() < 0.005 * face.sum()  # measured 0.001
+        assert (face & (after.skin < 0.5)).sum() < 0.06 * face.sum()  # measured 0.05
