@@ -1,72 +1,32 @@
 """The bake: the order of the steps, what each is made from, what is kept of it.
 
-    photo -> detect -> segment -> fit -> textures -> masks -> bundle
-
-The commands for single steps call the same functions as `build`, so that a chain of them gives the
-same avatar.
+photo -> detect -> segment -> fit -> textures -> masks -> bundle
 """
 
-import logging
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, replace
 from functools import cache
-from importlib.metadata import entry_points
 from pathlib import Path
 
-from bakery import __version__
-from bakery.detectors.file import FileDetector
-from bakery.errors import BundleError, FitError, InputError
 from bakery.formats import bundle as files
-from bakery.formats import image, record, targets
-from bakery.formats.files import digest_file
-from bakery.formats.glb import write_glb
-from bakery.formats.place import check_place, staged
+from bakery.formats import image, record
+from bakery.formats.files import digest, digest_file, read_bytes
+from bakery.formats.place import check_place
 from bakery.formats.work import key_of, work_folder
 from bakery.heads.file import load_head
-from bakery.runtime.avatar import Avatar
-from bakery.runtime.preview import contact_sheet
-from bakery.stages import assess, texture
-from bakery.stages import bundle as bundles
-from bakery.stages.atlas import make_atlas
-from bakery.stages.detect import SMALLEST_FACE, detect_faces, face_size
-from bakery.stages.fit import FitOptions, fit
-from bakery.stages.mask import activation_masks
-from bakery.stages.segment import SegmentOptions, segment
-from bakery.stages.texture import TextureOptions
-from bakery.stages.warp import residual_offsets
-from bakery.types import EXPRESSIONS
-
-log = logging.getLogger(__name__)
-GLB_QUALITY = 95  # of the JPEG inside head.glb
-RESOLUTIONS = (512, 4096)  # texels, least and most
-
-
-@dataclass(frozen=True)
-class BundleOptions:
-    """What goes into the bundle."""
-
-    masks: int = 512  # texels on a side of the activation masks
-    web: int = 1024  # texels on a side of the browser's textures, at most
-    glb: int = 1024  # texels on a side of the texture inside head.glb, at most
-
-
-@dataclass(frozen=True)
-class BuildOptions:
-    """What `bakery build` is told; one field a table of the preset."""
-
-    segment: SegmentOptions = field(default_factory=SegmentOptions)
-    fit: FitOptions = field(default_factory=FitOptions)
-    texture: TextureOptions = field(default_factory=TextureOptions)
-    bundle: BundleOptions = field(default_factory=BundleOptions)
-    limits: assess.Limits = field(default_factory=assess.Limits)
-
-    def __post_init__(self):
-        low, high = RESOLUTIONS
-        if not low <= self.texture.resolution <= high:
-            raise InputError(
-                f"resolution {self.texture.resolution}; it must lie between {low} and {high} texels"
-            )
-        if not 16 <= self.bundle.masks <= high:
-            raise InputError(f"bundle.masks {self.bundle.masks}; give 16 to {high} texels")
+from bakery.stages.bundle import Baked
+from bakery.stages.detect import face_size
+from bakery.stages.segment import segment
+from bakery.steps import (
+    BuildOptions,
+    draw_masks,
+    examine,
+    landmarks_file,
+    one_face,
+    pack,
+    paint,
+    place_head,
+    plug_in,
+)
 
 
 @dataclass(frozen=True)
@@ -88,205 +48,6 @@ class Request:
     work: Path | None = None
 
 
-@cache
-def plug_in(group, name):
-    """Something of an entry-point group, made: the "generators" or "detectors".
-
-    Raises:
-        InputError: there is none of this name.
-    """
-    known = {entry.name: entry for entry in entry_points(group=f"bakery.{group}")}
-    if name not in known:
-        raise InputError(f"no {group[:-1]} '{name}'; known: {', '.join(sorted(known))}")
-    return known[name].load()()
-
-
-def find_faces(path, frame=None, landmarks=None, detector="network", photo=None):
-    """A photo and every face in it, the largest first.
-
-    Args:
-        path: photo.
-        frame: which frame of an animated picture.
-        landmarks: a file that `bakery detect` wrote, in place of the detector.
-        photo: the Photo, if it was read already.
-
-    Returns:
-        Photo and a list of Landmarks, at least one.
-
-    Raises:
-        InputError: the photo cannot be read or shows no face, or the landmarks are not its own.
-    """
-    photo = photo or image.read_photo(path, frame)
-    finder = FileDetector(landmarks) if landmarks else plug_in("detectors", detector)
-    found = detect_faces(photo.encoded, finder)
-    if not found:
-        raise InputError(
-            f"{path}: no face found; give a photo of a face, upright and at least "
-            f"{SMALLEST_FACE} pixels large"
-        )
-    return photo, found
-
-
-def one_face(path, frame=None, landmarks=None, number=None, detector="network", photo=None):
-    """A photo and the one face in it that is meant.
-
-    Args:
-        path, frame, landmarks, detector, photo: see `find_faces`.
-        number: which face, from 1; None if there is but one.
-
-    Returns:
-        Photo and Landmarks.
-
-    Raises:
-        InputError: several faces and no number, or a face that is too small.
-    """
-    photo, faces = find_faces(path, frame, landmarks, detector, photo)
-    if number is None and len(faces) > 1:
-        boxes = ", ".join(
-            f"{k} at ({face.box[0]:.0f}, {face.box[1]:.0f})" for k, face in enumerate(faces[:6], 1)
-        )
-        raise InputError(f"{path}: {len(faces)} faces ({boxes}); choose one with --face N")
-    if number is not None and number > len(faces):
-        raise InputError(f"{path}: has {len(faces)} face(s), no face {number}; give a lower --face")
-    chosen = faces[(number or 1) - 1]
-    if face_size(chosen) < SMALLEST_FACE:
-        raise InputError(
-            f"{path}: the face is {face_size(chosen):.0f} pixels large; at least {SMALLEST_FACE} "
-            "are needed; give a larger picture"
-        )
-    return photo, chosen
-
-
-def place_head(path, photo, landmarks, head, options=BuildOptions(), segmentation=None):
-    """Segment the photo and fit the head.
-
-    Returns:
-        Fit and Segmentation.
-
-    Raises:
-        FitError: see `stages.fit.fit`.
-    """
-    try:
-        if segmentation is None:
-            segmentation = segment(photo.encoded, landmarks.points, options.segment)
-        return fit(photo, landmarks, head, options.fit, segmentation.skin), segmentation
-    except FitError as error:
-        raise FitError(f"{path}: {error}") from error
-
-
-def fitted_neutral(head, fit):
-    """The neutral shape [V, 3] mm of a fit, with its residual warp."""
-    return head.neutral(fit.identity, residual_offsets(head, fit.residual))
-
-
-def expression_targets():
-    """The expressions, gazes and mouths that are baked."""
-    folder = targets.presets_folder() / "expressions"
-    names, weights = targets.read_keys(folder / "keys.toml")
-    return texture.Targets(
-        key_names=names,
-        key_weights=weights,
-        gaze=targets.read_gaze(folder / "gaze.toml"),
-        mouths=targets.read_mouths(folder / "mouths.json"),
-    )
-
-
-def paint(photo, landmarks, fit, segmentation, head, generator, options, progress=None):
-    """All textures of one fit.
-
-    Args:
-        progress: called with (step, done, total).
-
-    Returns:
-        Textures.
-    """
-    wanted = expression_targets()
-    poses = min(len(wanted.mouths), options.texture.mouths)
-    total = 1 + len(wanted.key_names) + len(wanted.gaze) + poses
-    done = 0
-
-    def say(word):
-        nonlocal done
-        if progress is not None:
-            progress(word, done, total)
-        done += 1
-
-    return texture.bake(
-        photo,
-        landmarks,
-        fit,
-        fitted_neutral(head, fit),
-        head,
-        segmentation.skin,
-        generator,
-        wanted,
-        options.texture,
-        say,
-    )
-
-
-def draw_masks(head, size):
-    """Activation masks [E, size, size] float32 of a head model."""
-    return activation_masks(head, make_atlas(head, size))
-
-
-def pack(target, baked, options, keep_photo=False, overwrite=False):
-    """Write a bundle.
-
-    Args:
-        target: the bundle's folder.
-        baked: Baked.
-        options: BundleOptions.
-        keep_photo: whether the photo goes into the bundle.
-        overwrite: whether an older bundle may be replaced.
-    """
-    head, textures = baked.head, baked.textures
-    neutral = fitted_neutral(head, baked.fit)
-    with staged(target, overwrite) as folder:
-        levels, carriers = bundles.levels_of_detail(head, neutral)
-        atlas = files.small_picture(textures.neutral, options.glb)
-        write_glb(
-            folder / "head.glb",
-            levels,
-            carriers,
-            EXPRESSIONS,
-            image.encode_image(atlas, ".jpg", GLB_QUALITY),
-            f"bakery {__version__}",
-        )
-        files.write_textures(folder, textures, baked.masks)
-        web = files.write_web(folder, textures, baked.masks, options.web)
-        avatar = Avatar(head, neutral, baked.fit, textures, baked.masks)
-        image.write_image(folder / "preview.png", contact_sheet(avatar))
-        manifest = bundles.manifest(baked, levels, web)
-        if keep_photo:
-            image.write_image(folder / "photo.png", baked.photo.encoded)
-            manifest["photo"] = "photo.png"
-        files.write_manifest(folder, manifest)
-
-
-def open_avatar(path, head=None):
-    """A bundle, ready to be played.
-
-    Args:
-        path: the bundle's folder.
-        head: name or file of its head model; None takes the name that the bundle gives.
-
-    Raises:
-        BundleError: damaged, or the head model is not the one it was made with.
-    """
-    manifest = files.read_manifest(path)
-    model = load_head(head or manifest["head"]["name"])
-    if files.head_digest(model) != manifest["head"]["sha256"]:
-        raise BundleError(
-            f"{path}: made with another version of the head model "
-            f"'{manifest['head']['name']}'; bake it again, or give that version with --head"
-        )
-    textures, masks = files.read_textures(path, manifest)
-    fit = record.fit_from_table(path, manifest["fit"])
-    photo = files.read_photo(path, manifest) if "photo" in manifest else None
-    return Avatar(model, fitted_neutral(model, fit), fit, textures, masks, photo)
-
-
 def build(request, progress=None):
     """Bake one portrait into an avatar bundle.
 
@@ -302,6 +63,7 @@ def build(request, progress=None):
     Raises:
         BakeryError: what the user can mend; with `strict`, findings too.
     """
+    request = replace(request, landmarks=landmarks_file(request.landmarks, request.photo))
     show = progress or (lambda step, done, total: None)
     options = request.options
     check_place(request.output, request.overwrite)
@@ -311,7 +73,7 @@ def build(request, progress=None):
     code = source_digest()
     with work_folder(request.output, request.work) as work:
         show("detect", 0, 4)
-        given = digest_file(request.landmarks) if request.landmarks else None
+        given = digest(read_bytes(request.landmarks)) if request.landmarks else None
         key = key_of(code, photo.sha256, request.frame, given, request.face, request.detector)
         landmarks = work.step(
             "landmarks.json", key, lambda: _landmarks_record(request, photo), _landmarks_of_record
@@ -348,28 +110,8 @@ def build(request, progress=None):
         masks = draw_masks(head, size)
         show("pack", 3, 4)
         detector = "given landmarks" if request.landmarks else request.detector
-        baked = bundles.Baked(photo, fit, head, textures, masks, findings, generator, detector)
+        baked = Baked(photo, fit, head, textures, masks, findings, generator, detector)
         pack(request.output, baked, options.bundle, request.keep_photo, request.overwrite)
-    return findings
-
-
-def examine(path, photo, landmarks, fit, segmentation, options, strict):
-    """Measure what may spoil the avatar, and say so; with `strict`, refuse it.
-
-    Returns:
-        list of assess.Finding.
-    """
-    findings = assess.assess(photo, landmarks, fit, segmentation, options.limits)
-    lines = [
-        f"{found.message} ({found.code} {found.value:g}, limit {found.limit:g})"
-        for found in findings
-    ]
-    if strict and lines:
-        raise InputError(
-            f"{path}: {'; '.join(lines)}; give another portrait, or leave out --strict"
-        )
-    for line in lines:
-        log.warning("%s: %s", path, line)
     return findings
 
 

@@ -37,13 +37,16 @@ def build(photo, output, preset, settings, resolution, dry_run, **request):
 
     An interrupted bake goes on where it stopped when it is called again.
     """
-    from bakery import pipeline
+    from bakery.formats.image_header import check_file
+
+    check_file(photo, request["frame"])  # before the slow imports: a wrong file is told at once
+    from bakery import pipeline, steps
     from bakery import preset as presets
 
     tables = presets.with_settings(presets.load("builds", preset), settings)
     if resolution:
         tables.setdefault("texture", {})["resolution"] = resolution
-    chosen = presets.options_from(pipeline.BuildOptions, tables, f"preset {preset}")
+    chosen = presets.options_from(steps.BuildOptions, tables, f"preset {preset}")
     asked = pipeline.Request(photo=photo, output=output, options=chosen, **request)
     if dry_run:
         click.echo(pipeline.describe(asked))

@@ -25,11 +25,13 @@ def detect(photos, output, frame, overwrite, dry_run):
     bakery detect portrait.jpg -o portrait.json
     bakery detect photos/*.jpg -o points/
     """
-    from bakery import pipeline
+    if len(photos) == 1:
+        _check_early(photos[0], frame)
+    from bakery import steps
     from bakery.formats import record
 
     def one(photo, place):
-        image, faces = pipeline.find_faces(photo, frame)
+        image, faces = steps.find_faces(photo, frame)
         if not dry_run:
             height, width = image.encoded.shape[:2]
             options.write(place, record.dump(record.faces_to_table(width, height, faces)))
@@ -55,19 +57,28 @@ def fit(photos, output, head, landmarks, face, frame, overwrite, dry_run):
     bakery fit portrait.jpg -o fit.json
     bakery fit photos/*.jpg --landmarks points/ -o fits/
     """
-    from bakery import pipeline
+    if len(photos) == 1:
+        _check_early(photos[0], frame)
+    from bakery import steps
     from bakery.formats import record
 
-    model = pipeline.load_head(head)
+    model = steps.load_head(head)
 
     def one(photo, place):
-        given = landmarks / f"{photo.stem}.json" if landmarks and landmarks.is_dir() else landmarks
-        image, points = pipeline.one_face(photo, frame, given, face)
+        given = steps.landmarks_file(landmarks, photo)
+        image, points = steps.one_face(photo, frame, given, face)
         if not dry_run:
-            fitted, _ = pipeline.place_head(photo, image, points, model)
+            fitted, _ = steps.place_head(photo, image, points, model)
             options.write(place, record.dump(record.fit_to_table(fitted, image)))
 
     _each(photos, output, overwrite, one)
+
+
+def _check_early(photo, frame):
+    """Before the slow imports: a wrong file is told at once."""
+    from bakery.formats.image_header import check_file
+
+    check_file(photo, frame)
 
 
 def _each(photos, output, overwrite, one):

@@ -19,6 +19,7 @@ from bakery.types import EXPRESSIONS, Textures
 SCHEMA = Path(__file__).resolve().parent.parent / "assets" / "schema" / "avatar-1.schema.json"
 ROLES = {
     "head.glb": "geometry",
+    "head.npz": "geometry",
     "face.exr": "face",
     "masks.exr": "masks",
     "coverage.exr": "coverage",
@@ -310,6 +311,37 @@ def dense(table):
 
 def _parts(folder, manifest, path):
     return exr.parse_exr(Path(folder) / path, read_file(folder, manifest, path))
+
+
+def summary(folder, manifest):
+    """What a person wants to know of a bundle, as a table."""
+    roles = {}
+    for entry in manifest["files"]:
+        roles[entry["role"]] = roles.get(entry["role"], 0) + entry["bytes"]
+    status = {}
+    for channel in manifest["channels"].values():
+        status[channel["status"]] = status.get(channel["status"], 0) + 1
+    resolution = exr.read_header(Path(folder) / "face.exr")[0].width
+    return {
+        "bundle": Path(folder).name,
+        "version": manifest["asset"]["version"],
+        "made by": manifest["asset"]["generator"],
+        "resolution": resolution,
+        "head": manifest["head"]["name"],
+        "generator": manifest["provenance"]["generator"],
+        "source type": manifest["provenance"]["digitalSourceType"].rsplit("/", 1)[-1],
+        "keys": [key["name"] for key in manifest["keys"]],
+        "gaze": len(manifest["gaze"]["parts"]),
+        "mouths": len(manifest["mouths"]["parts"]),
+        "lods": [lod["triangles"] for lod in manifest["lods"]],
+        "channels": status,
+        "coverage": manifest["coverage"]["shares"],
+        "notes": manifest["provenance"]["input"]["notes"],
+        "warnings": [
+            f"{w['code']} {w['value']:g} (limit {w['limit']:g})" for w in manifest["warnings"]
+        ],
+        "bytes": roles | {"all": sum(roles.values())},
+    }
 
 
 def head_digest(head):

@@ -15,7 +15,7 @@ from PIL import Image, ImageCms
 
 from bakery.errors import InputError
 from bakery.formats.files import digest, read_bytes, write_bytes
-from bakery.formats.image_header import MEGAPIXELS, read_header
+from bakery.formats.image_header import MEGAPIXELS, check_frame, read_header
 from bakery.types import Photo
 
 BACKGROUND = 0.5  # sRGB-encoded grey behind transparent pixels: neither bright rim nor dark
@@ -44,8 +44,7 @@ def read_photo(path, frame=None):
     data = read_bytes(path)
     header = read_header(path, data)
     notes = []
-    if header.animated and frame is None:
-        raise InputError(f"{path}: an animated picture; --frame takes its first frame")
+    check_frame(path, header, frame)
     if header.animated:
         notes.append(f"frame {frame} of an animated picture")
     samples = _decode(path, header, frame or 0)

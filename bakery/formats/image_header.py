@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from PIL import ExifTags, Image
 
 from bakery.errors import InputError
+from bakery.formats.files import read_bytes
 
 MEGAPIXELS = 64  # at most
 SMALLEST = 96  # pixels a side; a face needs as many
@@ -111,6 +112,21 @@ def read_header(name, data):
         focal_35mm=_focal(exif, width, height),
         animated=animated,
     )
+
+
+def check_file(path, frame=None):
+    """Refuse a file that its header alone rules out, before anything slow is loaded.
+
+    Raises:
+        InputError: see `read_header`; or animated, and no frame is asked for.
+    """
+    check_frame(path, read_header(path, read_bytes(path)), frame)
+
+
+def check_frame(path, header, frame):
+    """Refuse an animated picture unless a frame is asked for."""
+    if header.animated and frame is None:
+        raise InputError(f"{path}: an animated picture; --frame takes its first frame")
 
 
 def count_scans(data):

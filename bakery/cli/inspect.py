@@ -1,0 +1,57 @@
+"""`bakery inspect` and `bakery validate`: what a bundle holds, and whether it is whole."""
+
+import json
+from pathlib import Path
+
+import click
+
+from bakery.cli import options
+from bakery.errors import BundleError
+
+bundle = click.argument("bundle", type=click.Path(path_type=Path))
+
+
+@click.command(cls=options.Command)
+@bundle
+@options.as_json
+def inspect(bundle, as_json):
+    """Say what BUNDLE holds.
+
+    \b
+    bakery inspect portrait.avatar
+    bakery inspect portrait.avatar --json | jq .warnings
+    """
+    from bakery.formats.bundle import read_manifest, summary
+
+    manifest = read_manifest(bundle)
+    if as_json:
+        click.echo(json.dumps(summary(bundle, manifest), indent=2))
+        return
+    for name, value in summary(bundle, manifest).items():
+        if isinstance(value, dict):
+            value = ", ".join(f"{key} {item}" for key, item in value.items())
+        elif isinstance(value, list):
+            value = ", ".join(map(str, value)) or "none"
+        click.echo(f"{name:<12}{value}")
+
+
+@click.command(cls=options.Command)
+@bundle
+@options.as_json
+def validate(bundle, as_json):
+    """Check BUNDLE; list what is wrong with it and exit with 1.
+
+    \b
+    bakery validate portrait.avatar
+    """
+    from bakery.formats.validate import problems
+
+    found = problems(bundle)
+    if as_json:
+        click.echo(json.dumps({"bundle": str(bundle), "valid": not found, "problems": found}))
+    else:
+        for line in found:
+            click.echo("".join(c if c.isprintable() else repr(c)[1:-1] for c in line))
+    if found:
+        raise BundleError(f"{bundle}: {len(found)} problem(s); make the bundle again")
+    options.say(f"{bundle}: no problems")

@@ -1,0 +1,109 @@
+"""What `bakery render` draws: options to a scene, a scene to pictures."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bakery.errors import InputError
+from bakery.formats import record
+from bakery.formats.targets import weight_rows
+from bakery.geometry import camera as cameras
+from bakery.geometry.color import to_encoded, to_linear
+from bakery.heads.base import gaze_of, look
+from bakery.runtime.render import draw, over_gray, over_photo
+from bakery.stages.condition import face_camera
+from bakery.types import EXPRESSIONS, Fit
+
+SIZE = 512  # pixels
+FACE_SHARE = 0.6  # of the picture's height that the face takes
+VIEWS = ("photo", "front")
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One frame."""
+
+    expression: np.ndarray  # [E] weights
+    gaze: np.ndarray | None  # [2] degrees; None follows the weights
+    fit: Fit | None  # of another photo, whose camera is used
+    view: str | tuple[float, float]  # "photo", "front" or (yaw, pitch) degrees
+    size: int | None  # pixels a side; None is the usual
+    dynamic: bool  # whether expressions change the texture
+
+
+def parse(weights="", fitted=None, gaze=None, view="front", size=None, textures="dynamic"):
+    """The options of the command as the fields of a Scene.
+
+    Raises:
+        InputError: one cannot be understood.
+    """
+    fit = record.read_fit(fitted) if fitted else None
+    expression = np.zeros(len(EXPRESSIONS), np.float32) if fit is None else fit.expression
+    given = _weights(weights)
+    expression = np.where(np.isnan(given), expression, given).astype(np.float32)
+    direction = _pair("--gaze", gaze) if gaze else (None if fit is None else fit.gaze)
+    if gaze:
+        expression = look(expression, direction)
+    return {
+        "expression": expression,
+        "gaze": None if direction is None else np.array(direction, float),
+        "fit": fit,
+        "view": view if view in VIEWS else _pair("--view", view, "photo, front or "),
+        "size": size,
+        "dynamic": textures == "dynamic",
+    }
+
+
+def _weights(text):
+    """[E] weights of "name=value,..."; nan where nothing is said."""
+    table = {}
+    for item in filter(None, (part.strip() for part in text.split(","))):
+        name, equals, value = item.partition("=")
+        try:
+            table[name.strip()] = float(value)
+        except ValueError:
+            raise InputError(f"--weights: '{item}'; give NAME=VALUE, as jawOpen=0.6") from None
+    row = weight_rows([table], "--weights")[0]
+    return np.array([row[i] if n in table else np.nan for i, n in enumerate(EXPRESSIONS)])
+
+
+def _pair(option, text, others=""):
+    try:
+        yaw, pitch = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"{option}: '{text}'; give {others}YAW,PITCH in degrees") from None
+    if not (abs(yaw) <= 180 and abs(pitch) <= 90):
+        raise InputError(f"{option}: {text}; yaw lies in -180..180, pitch in -90..90")
+    return yaw, pitch
+
+
+def render(avatar, scene):
+    """Draw a scene.
+
+    Returns:
+        picture [H, W, 3] sRGB-encoded, and the face's pixels [H, W] 0..1.
+    """
+    camera = _camera(avatar, scene)
+    gaze = scene.gaze if scene.gaze is not None else gaze_of(scene.expression).mean(0)
+    vertices = avatar.head.vertices(avatar.neutral, scene.expression, gaze)
+    frame = draw(avatar, vertices, camera, scene.expression, gaze, scene.dynamic)
+    if scene.view == "photo" and scene.fit is None and avatar.photo is not None:
+        picture = over_photo(avatar, frame, vertices, to_linear(avatar.photo))
+        return to_encoded(picture), np.minimum(frame.alpha, frame.face)
+    return to_encoded(over_gray(frame)), frame.alpha
+
+
+def _camera(avatar, scene):
+    if scene.fit is not None:
+        camera = scene.fit.camera
+    elif scene.view == "photo":
+        camera = avatar.fit.camera
+    else:
+        yaw, pitch = (0.0, 0.0) if scene.view == "front" else scene.view
+        size = scene.size or SIZE
+        return face_camera(avatar.fit, avatar.head, avatar.neutral, yaw, pitch, size, FACE_SHARE)
+    if scene.size is None:
+        return camera
+    scale = scene.size / max(camera.width, camera.height)
+    width, height = (max(1, round(n * scale)) for n in (camera.width, camera.height))
+    return cameras.crop(camera, 0, 0, width, height, scale)
