@@ -87,10 +87,11 @@ def render(avatar, scene):
     gaze = scene.gaze if scene.gaze is not None else gaze_of(scene.expression).mean(0)
     vertices = avatar.head.vertices(avatar.neutral, scene.expression, gaze)
     frame = draw(avatar, vertices, camera, scene.expression, gaze, scene.dynamic)
+    face = np.minimum(frame.alpha, frame.face)
     if scene.view == "photo" and scene.fit is None and avatar.photo is not None:
         picture = over_photo(avatar, frame, vertices, to_linear(avatar.photo))
-        return to_encoded(picture), np.minimum(frame.alpha, frame.face)
-    return to_encoded(over_gray(frame)), frame.alpha
+        return to_encoded(picture), face
+    return to_encoded(over_gray(frame)), face
 
 
 def _camera(avatar, scene):

@@ -13,11 +13,11 @@ from bakery.formats.files import digest, digest_file, read_bytes
 from bakery.formats.place import check_place
 from bakery.formats.work import key_of, work_folder
 from bakery.heads.file import load_head
-from bakery.stages.bundle import Baked
 from bakery.stages.detect import face_size
-from bakery.stages.segment import segment
 from bakery.steps import (
+    Baked,
     BuildOptions,
+    detector_name,
     draw_masks,
     examine,
     landmarks_file,
@@ -26,6 +26,7 @@ from bakery.steps import (
     paint,
     place_head,
     plug_in,
+    segment_portrait,
 )
 
 
@@ -79,7 +80,7 @@ def build(request, progress=None):
             "landmarks.json", key, lambda: _landmarks_record(request, photo), _landmarks_of_record
         )
         show("fit", 1, 4)
-        segmentation = segment(photo.encoded, landmarks.points, options.segment)
+        segmentation = segment_portrait(photo, landmarks, options)
         key = key_of(key, files.head_digest(head), asdict(options.fit), asdict(options.segment))
         fit = work.step(
             "fit.json",
@@ -106,10 +107,9 @@ def build(request, progress=None):
             lambda data: record.textures_from_arrays(record.unpack_arrays("textures.npz", data)),
         )
         show("masks", 2, 4)
-        size = min(options.bundle.masks, options.texture.resolution)
-        masks = draw_masks(head, size)
+        masks = draw_masks(head, options)
         show("pack", 3, 4)
-        detector = "given landmarks" if request.landmarks else request.detector
+        detector = detector_name(request.landmarks, request.detector)
         baked = Baked(photo, fit, head, textures, masks, findings, generator, detector)
         pack(request.output, baked, options.bundle, request.keep_photo, request.overwrite)
     return findings

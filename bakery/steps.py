@@ -27,7 +27,7 @@ from bakery.stages.mask import activation_masks
 from bakery.stages.segment import SegmentOptions, segment
 from bakery.stages.texture import TextureOptions
 from bakery.stages.warp import residual_offsets
-from bakery.types import EXPRESSIONS
+from bakery.types import EXPRESSIONS, Fit, Landmarks, Photo
 
 log = logging.getLogger(__name__)
 RIG = "head.npz"  # the person as a head model without identity modes, for the runtime
@@ -62,6 +62,15 @@ class BuildOptions:
             )
         if not 16 <= self.bundle.masks <= high:
             raise InputError(f"bundle.masks {self.bundle.masks}; give 16 to {high} texels")
+
+
+@dataclass(frozen=True)
+class Portrait:
+    """A photo with what was found in it."""
+
+    photo: Photo
+    landmarks: Landmarks
+    fit: Fit
 
 
 @cache
@@ -151,10 +160,15 @@ def place_head(path, photo, landmarks, head, options=BuildOptions(), segmentatio
     """
     try:
         if segmentation is None:
-            segmentation = segment(photo.encoded, landmarks.points, options.segment)
+            segmentation = segment_portrait(photo, landmarks, options)
         return fit(photo, landmarks, head, options.fit, segmentation.skin), segmentation
     except FitError as error:
         raise FitError(f"{path}: {error}") from error
+
+
+def segment_portrait(photo, landmarks, options):
+    """What each pixel of the photo shows: Segmentation."""
+    return segment(photo.encoded, landmarks.points, options.segment)
 
 
 def fitted_neutral(head, fit):
@@ -208,8 +222,9 @@ def paint(photo, landmarks, fit, segmentation, head, generator, options, progres
     )
 
 
-def draw_masks(head, size):
-    """Activation masks [E, size, size] float32 of a head model."""
+def draw_masks(head, options):
+    """Activation masks [E, m, m] float32 of a head model."""
+    size = min(options.bundle.masks, options.texture.resolution)
     return activation_masks(head, make_atlas(head, size))
 
 
@@ -231,6 +246,11 @@ def examine(path, photo, landmarks, fit, segmentation, options, strict):
     for line in lines:
         log.warning("%s: %s", path, line)
     return findings
+
+
+def detector_name(landmarks, detector="network"):
+    """What the manifest says about who found the landmarks."""
+    return "given landmarks" if landmarks else detector
 
 
 def pack(target, baked, options, keep_photo=False, overwrite=False):

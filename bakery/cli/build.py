@@ -12,13 +12,11 @@ from bakery.cli import options
 @click.option(
     "-o", "--output", required=True, type=click.Path(path_type=Path), help="The bundle's folder."
 )
-@click.option("--preset", default="default", show_default=True, help="Preset: name or TOML file.")
-@click.option(
-    "--set", "settings", multiple=True, metavar="TABLE.KEY=VALUE", help="Change a preset."
-)
+@options.preset
+@options.settings
 @click.option("--resolution", type=click.IntRange(512, 4096), help="Texels on a side (1024).")
 @options.head
-@click.option("--generator", default="rendered", show_default=True, help="What paints expressions.")
+@options.generator
 @click.option("--detector", default="network", show_default=True, help="What finds landmarks.")
 @options.landmarks
 @options.face
@@ -40,13 +38,9 @@ def build(photo, output, preset, settings, resolution, dry_run, **request):
     from bakery.formats.image_header import check_file
 
     check_file(photo, request["frame"])  # before the slow imports: a wrong file is told at once
-    from bakery import pipeline, steps
-    from bakery import preset as presets
+    from bakery import pipeline
 
-    tables = presets.with_settings(presets.load("builds", preset), settings)
-    if resolution:
-        tables.setdefault("texture", {})["resolution"] = resolution
-    chosen = presets.options_from(steps.BuildOptions, tables, f"preset {preset}")
+    chosen = options.build_options(preset, settings, resolution)
     asked = pipeline.Request(photo=photo, output=output, options=chosen, **request)
     if dry_run:
         click.echo(pipeline.describe(asked))

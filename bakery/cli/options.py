@@ -27,6 +27,15 @@ landmarks = click.option(
     type=click.Path(path_type=Path),
     help="Take the landmarks from what `bakery detect` wrote (file, or folder of NAME.json).",
 )
+preset = click.option(
+    "--preset", default="default", show_default=True, help="Preset: name or TOML file."
+)
+settings = click.option(
+    "--set", "settings", multiple=True, metavar="TABLE.KEY=VALUE", help="Change a preset."
+)
+generator = click.option(
+    "--generator", default="rendered", show_default=True, help="What paints expressions."
+)
 frame = click.option(
     "--frame",
     type=click.IntRange(0),
@@ -103,6 +112,17 @@ def say(text):
     """A line for the person at the terminal, on stderr; silent with -q."""
     if verbosity() >= 0:
         click.echo(text, err=True)
+
+
+def build_options(preset, settings, resolution=None):
+    """steps.BuildOptions of a preset, with --set and --resolution on top."""
+    from bakery import preset as presets
+    from bakery.steps import BuildOptions
+
+    tables = presets.with_settings(presets.load("builds", preset), settings)
+    if resolution:
+        tables.setdefault("texture", {})["resolution"] = resolution
+    return presets.options_from(BuildOptions, tables, f"preset {preset}")
 
 
 def destinations(photos, output, ending=".json"):

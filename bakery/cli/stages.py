@@ -97,3 +97,115 @@ def _each(photos, output, overwrite, one):
                 failed = error
     if failed is not None:
         raise failed
+
+
+@click.command(cls=options.Command)
+@options.photo
+@click.option("--fit", "fitted", required=True, type=click.Path(path_type=Path), help="From `fit`.")
+@output
+@options.preset
+@options.settings
+@options.head
+@options.generator
+@options.landmarks
+@options.face
+@options.frame
+@options.overwrite
+def textures(photo, fitted, output, preset, settings, head, generator, overwrite, **which):
+    """Paint all textures of one fit of PHOTO into an npz file.
+
+    \b
+    bakery textures portrait.jpg --landmarks points.json --fit fit.json -o textures.npz
+    """
+    from bakery import steps
+    from bakery.formats import record
+
+    options.may_write(output, overwrite)
+    chosen = options.build_options(preset, settings)
+    read = _read_portrait(photo, fitted, **which)
+    segmentation = steps.segment_portrait(read.photo, read.landmarks, chosen)
+    painter = steps.plug_in("generators", generator)
+    model = steps.load_head(head)
+    with options.progress() as progress:
+        painted = steps.paint(
+            read.photo, read.landmarks, read.fit, segmentation, model, painter, chosen, progress
+        )
+    record.write_arrays(output, record.textures_to_arrays(painted))
+
+
+@click.command(cls=options.Command)
+@output
+@options.preset
+@options.settings
+@options.head
+@options.overwrite
+def masks(output, preset, settings, head, overwrite):
+    """Draw the activation masks of a head model into an npz file.
+
+    \b
+    bakery masks -o masks.npz
+    """
+    from bakery import steps
+    from bakery.formats import record
+
+    options.may_write(output, overwrite)
+    drawn = steps.draw_masks(steps.load_head(head), options.build_options(preset, settings))
+    record.write_arrays(output, {"masks": drawn})
+
+
+@click.command(cls=options.Command)
+@options.photo
+@click.option("--fit", "fitted", required=True, type=click.Path(path_type=Path), help="From `fit`.")
+@click.option("--textures", required=True, type=click.Path(path_type=Path), help="From `textures`.")
+@click.option("--masks", required=True, type=click.Path(path_type=Path), help="From `masks`.")
+@output
+@options.preset
+@options.settings
+@options.head
+@options.generator
+@options.landmarks
+@options.face
+@options.frame
+@click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
+@click.option("--keep-photo", is_flag=True, help="Keep the portrait in the bundle.")
+@options.overwrite
+def pack(
+    photo, fitted, textures, masks, output, preset, settings, head, generator, strict, keep_photo,
+    overwrite, **which,
+):  # fmt: skip
+    """Pack what was made of PHOTO into a bundle.
+
+    \b
+    bakery pack portrait.jpg --landmarks points.json --fit fit.json \\
+        --textures textures.npz --masks masks.npz -o portrait.avatar
+    """
+    from bakery import steps
+    from bakery.formats import record
+
+    chosen = options.build_options(preset, settings)
+    read = _read_portrait(photo, fitted, **which)
+    segmentation = steps.segment_portrait(read.photo, read.landmarks, chosen)
+    baked = steps.Baked(
+        photo=read.photo,
+        fit=read.fit,
+        head=steps.load_head(head),
+        textures=record.read_textures(textures),
+        masks=record.read_arrays(masks, ["masks"])["masks"],
+        findings=steps.examine(
+            photo, read.photo, read.landmarks, read.fit, segmentation, chosen, strict
+        ),
+        generator=steps.plug_in("generators", generator),
+        detector=steps.detector_name(which["landmarks"]),
+    )
+    steps.pack(output, baked, chosen.bundle, keep_photo, overwrite)
+
+
+def _read_portrait(photo, fitted, frame, landmarks, face):
+    """The photo, its landmarks and its fit."""
+    from bakery import steps
+    from bakery.formats import record
+
+    fit = record.read_fit(fitted)
+    given = steps.landmarks_file(landmarks, photo)
+    image, points = steps.one_face(photo, frame, given, face)
+    return steps.Portrait(image, points, fit)

@@ -265,3 +265,13 @@ def textures_from_arrays(arrays):
     """Textures of what `textures_to_arrays` made."""
     found = {field.name: arrays[field.name] for field in fields(Textures)}
     return Textures(**found | {"key_names": tuple(str(name) for name in found["key_names"])})
+
+
+def read_textures(path):
+    """Textures that `bakery textures` wrote.
+
+    Raises:
+        InputError: damaged, or something else.
+    """
+    names = [field.name for field in fields(Textures)]
+    return textures_from_arrays(read_arrays(path, names))
