@@ -7,9 +7,10 @@ import numpy as np
 
 from bakery.errors import FitError
 from bakery.geometry import camera as cameras
-from bakery.geometry import rotation
+from bakery.geometry import harmonics, rotation
 from bakery.heads.base import look
 from bakery.stages import fit_points as groups
+from bakery.stages.fit_albedo import load_albedo
 from bakery.stages.fit_gaze import fit_gaze
 from bakery.stages.fit_landmarks import (
     LandmarkModel,
@@ -18,6 +19,7 @@ from bakery.stages.fit_landmarks import (
     fit_points,
     start_camera,
 )
+from bakery.stages.fit_photo import fit_photo
 from bakery.stages.warp import residual_offsets, unfolded_residual
 from bakery.types import EXPRESSIONS, Fit
 
@@ -34,6 +36,10 @@ class FitOptions:
     focal: float = 1.8  # default focal length, times the longer side of the photo
     landmark_steps: int = 8
     photometric: bool = True
+    level_widths: tuple = (24.0, 48.0, 96.0)  # outer-eye-corner distance at each level, pixels
+    level_steps: tuple = (30, 10, 3)  # Gauss-Newton steps at most (Saito sec. 3)
+    level_samples: tuple = (500, 900, 1500)  # sample faces
+    level_tolerance: float = 1e-3  # a level ends when a step saves less of the energy
     warp: bool = True  # end with the smooth warp onto the landmarks
 
 
@@ -98,8 +104,15 @@ def fit(photo, landmarks, head, options=FitOptions(), skin=None):
     shape = Shape(np.zeros(len(head.identity_basis)), np.zeros(len(EXPRESSIONS)))
     camera = start_camera(model, points, confidence, focal, width, height)
     camera, shape, gaze = landmark_fit(head, model, camera, shape, points, confidence, options)
-    light = np.zeros((9, 3))
-    light[0] = 1 / 0.282095
+    light, albedo = np.zeros((9, 3)), np.zeros(0)
+    light[0] = 1 / harmonics.C0
+    found = None
+    if options.photometric:
+        basis = load_albedo()
+        camera, shape, found = fit_photo(
+            head, model, camera, shape, photo, points, confidence, skin, basis, options
+        )
+        light, albedo = found.appearance.light, found.appearance.albedo
     residual = np.zeros((groups.FACE, 3))
     if options.warp:
         residual = landmark_residuals(head, model, camera, shape, points, confidence)
@@ -115,7 +128,7 @@ def fit(photo, landmarks, head, options=FitOptions(), skin=None):
         expression=shape.expression,
         gaze=gaze,
         light=light,
-        albedo=np.zeros(0),
+        albedo=albedo,
         residual=residual,
         landmarks_projected=projected,
         seconds=time.perf_counter() - begin,

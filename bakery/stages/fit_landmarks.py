@@ -32,6 +32,10 @@ class Weights:
     contour: float = 0.3  # weight of contour landmarks across the contour
     slide: float = 0.03  # and along it
     outlier: float = 0.03  # Huber threshold, outer-eye-corner distances
+    albedo: float = 1.0  # per squared deviation of an albedo mode
+    light: float = 4.0  # per squared change of the light's grey from the basis's own
+    tint: float = 60.0  # and of its colour
+    color_floor: float = 0.01  # linear; differences below count as squares
 
 
 @dataclass(frozen=True)
