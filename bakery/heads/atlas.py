@@ -69,12 +69,27 @@ def stretch(points, faces, uv, density):
     return np.sqrt(total[:, 0] / np.maximum(total[:, 1], 1e-20))
 
 
-def flatten(points, faces, rim, rim_uv, density=None, rounds=8, power=0.5):
+def fill_holes(points, faces, rim):
+    """Close every border but the rim with a fan about a new vertex.
+
+    Returns:
+        (points [V + H, 3], faces [F + N, 3] with the fans last).
+    """
+    rim = set(int(v) for v in rim)
+    for loop in boundary_loops(faces):
+        if loop[0] not in rim:
+            loop = np.array(loop)
+            hub = np.full(len(loop), len(points))
+            points = np.concatenate([points, [points[loop].mean(0)]])
+            faces = np.concatenate([faces, np.stack([np.roll(loop, -1), loop, hub], -1)])
+    return points, faces
+
+
+def flatten(body, mesh, rim, rim_uv, density=None, rounds=8, power=0.5):
     """Map a disc of triangles into a convex outline.
 
     Args:
-        points: [V, 3].
-        faces: [F, 3]; holes other than the rim are filled for the solve.
+        body: [V, 3]; mesh: [F, 3], one border only.
         rim: [N] border vertices in order; rim_uv: [N, 2] their places on a convex outline.
         density: [V] wanted texels per length, relative.
         rounds: stretch-minimising rounds.
@@ -86,16 +101,7 @@ def flatten(points, faces, rim, rim_uv, density=None, rounds=8, power=0.5):
     from scipy.sparse import coo_matrix, diags
     from scipy.sparse.linalg import spsolve
 
-    density = np.ones(len(points)) if density is None else np.asarray(density, float)
-    rim_set = set(int(v) for v in rim)
-    filled, body, weight = [faces], points, density
-    for loop in boundary_loops(faces):
-        if loop[0] not in rim_set:
-            loop, hub = np.array(loop), len(body)
-            body = np.concatenate([body, [body[loop].mean(0)]])
-            weight = np.append(weight, weight[loop].mean())
-            filled.append(np.stack([np.roll(loop, -1), loop, np.full(len(loop), hub)], -1))
-    mesh = np.concatenate(filled)
+    weight = np.ones(len(body)) if density is None else np.asarray(density, float)
     rows, columns, values = mean_value_weights(body, mesh)
     V = len(body)
     inner = np.setdiff1d(np.arange(V), rim)
@@ -116,31 +122,149 @@ def flatten(points, faces, rim, rim_uv, density=None, rounds=8, power=0.5):
         if score < best_score:
             best, best_score = uv.copy(), score
         values = values / sigma[columns] ** power
-    return best[: len(points)]
+    return best
 
 
-def rectangle_rim(points, rim, start, middle, corners=0.5):
+def relax(points, faces, uv, held, density, fans=0, rounds=25):
+    """Take stretch out of a flat map without turning any triangle over.
+
+    Minimises the symmetric Dirichlet energy against `points` enlarged by `density`, by reweighted
+    least squares with a line search that stops before the first flip.
+
+    Args:
+        points: [V, 3]; faces: [F, 3]; uv: [V, 2] texels, no triangle turned over.
+        held: [V, 2] which coordinates stay where they are.
+        density: [V] wanted texels per length, relative.
+        fans: how many faces, the last ones, only fill holes: they may stretch but not turn over.
+
+    Returns:
+        uv [V, 2].
+
+    References:
+        Rabinovich et al., "Scalable locally injective mappings", ACM TOG 36(2), 2017.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.linalg import splu
+
+    e1, e2 = (points[faces[:, k]] - points[faces[:, 0]] for k in (1, 2))
+    length = np.linalg.norm(e1, axis=1)
+    along = np.einsum("nc,nc->n", e1, e2) / length
+    height = np.linalg.norm(np.cross(e1, e2), axis=1) / length
+    scale = density[faces].mean(1)
+    weight = np.ones(len(faces))
+    if fans:  # what fills a hole rests in the shape it starts with
+        weight[-fans:] = 0.01
+        scale[-fans:] = 0
+    d = uv[faces]
+    flat = _cross(d[:, 1] - d[:, 0], d[:, 2] - d[:, 0])
+    side = np.sign(np.median(flat))
+    scale *= np.sqrt(np.abs(flat[scale > 0]).sum() / (scale**2 * length * height).sum())
+    length, along, height = length * scale, along * scale, height * scale
+    if fans:
+        f1, f2 = (d[-fans:, k] - d[-fans:, 0] for k in (1, 2))
+        length[-fans:] = np.linalg.norm(f1, axis=1)
+        along[-fans:] = (f1 * f2).sum(1) / length[-fans:]
+        height[-fans:] = np.abs(flat[-fans:]) / length[-fans:]
+    area = weight * length * height
+    # Gradient of a function on a triangle in its own frame, mirrored where the chart is.
+    G = np.zeros((len(faces), 2, 3))
+    G[:, 0, 1] = 1 / length
+    G[:, 1, 1], G[:, 1, 2] = -along / (length * height), 1 / height
+    G[:, 1] *= side
+    G[:, :, 0] = -G.sum(-1)
+    F, V = len(faces), len(uv)
+
+    def jacobian(x):
+        return np.einsum("fgk,fkc->fcg", G, x[faces])
+
+    def energy(x):
+        J = jacobian(x)
+        det = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
+        if (det <= 0).any():
+            return np.inf
+        norm = (J**2).sum((1, 2))
+        return float(area @ (norm * (1 + 1 / det**2)))
+
+    free = np.flatnonzero(~held.ravel())
+    place_of = np.full(2 * V, -1)
+    place_of[free] = np.arange(len(free))
+    uv = uv.copy()
+    now = energy(uv)
+    for _ in range(rounds):
+        if not np.isfinite(now):
+            break
+        U, S, Vt = np.linalg.svd(jacobian(uv))
+        S = np.maximum(S, 1e-6)
+        near = np.abs(S - 1) < 1e-4
+        w = np.sqrt(np.where(near, 4.0, (S - S**-3) / np.where(near, 1, S - 1)))
+        W = np.einsum("fij,fj,fkj->fik", U, w, U) * np.sqrt(area)[:, None, None]
+        R = U @ Vt
+        # Rows (f, i, g): sum over c, k of W[f, i, c] G[f, g, k] x[faces[f, k], c].
+        values = np.einsum("fic,fgk->figkc", W, G).reshape(F * 4, 6)
+        columns = (2 * faces[:, :, None] + np.arange(2)).reshape(F, 1, 6).repeat(4, 1)
+        columns = columns.reshape(F * 4, 6)
+        target = np.einsum("fic,fcg->fig", W, R).ravel()
+        rows = np.arange(F * 4)[:, None].repeat(6, 1)
+        A = coo_matrix((values.ravel(), (rows.ravel(), columns.ravel())), (F * 4, 2 * V)).tocsc()
+        rest = target - A @ np.where(held.ravel(), uv.ravel(), 0)
+        A = A[:, free]
+        wanted = uv.ravel().copy()
+        wanted[free] = splu((A.T @ A).tocsc()).solve(A.T @ rest)
+        step = wanted.reshape(-1, 2) - uv
+        share = min(1.0, 0.9 * _first_flip(uv[faces] * [side, 1], step[faces] * [side, 1]))
+        while share > 1e-6 and (trial := energy(uv + share * step)) >= now:
+            share *= 0.6
+        if share <= 1e-6:
+            break
+        uv, now = uv + share * step, trial
+    return uv
+
+
+def _cross(a, b):
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def _first_flip(corners, step):
+    """The smallest share of a step [F, 3, 2] at which a triangle [F, 3, 2] has no area left."""
+    e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    s1, s2 = step[:, 1] - step[:, 0], step[:, 2] - step[:, 0]
+    a, b, c = _cross(s1, s2), _cross(e1, s2) + _cross(s1, e2), _cross(e1, e2)
+    with np.errstate(all="ignore"):
+        root = np.sqrt(np.where(b * b - 4 * a * c >= 0, b * b - 4 * a * c, np.nan))
+        q = -(b + np.copysign(root, b)) / 2
+        shares = np.concatenate([q / a, c / q, np.where(a == 0, -c / b, np.nan)])
+    shares = shares[np.isfinite(shares) & (shares > 0)]
+    return float(shares.min()) if len(shares) else np.inf
+
+
+def rectangle_rim(points, rim, start, corner, middle, shape):
     """Spread a closed border over the unit square, mirror-symmetric.
 
     Args:
-        rim: [N] border vertices in order; `start` (an index into rim) goes to the middle of the
-            top edge, `middle` to the middle of the bottom edge.
+        points: [V, 3]; rim: [N] border vertices in order, clockwise in the chart.
+        start, corner, middle: vertices of the rim that go to the middle of the top edge, the lower
+            right corner and the middle of the bottom edge.
+        shape: (width, height) that the square will be stretched to.
+
+    Returns:
+        (rim [N] from `start` on, uv [N, 2]).
     """
-    rim = np.roll(np.asarray(rim), -start)
-    middle = (middle - start) % len(rim)
+    rim = list(rim)
+    rim = np.roll(rim, -rim.index(start))
+    order = rim.tolist()
     steps = np.linalg.norm(points[np.roll(rim, -1)] - points[rim], axis=1)
     along = np.concatenate([[0], np.cumsum(steps)])
-    share = np.where(
-        np.arange(len(rim)) <= middle,
-        along[:-1] / along[middle] / 2,
-        0.5 + (along[:-1] - along[middle]) / (along[-1] - along[middle]) / 2,
-    )
+    low, end = order.index(corner), order.index(middle)
+    turn = along[low] * shape[0] / 2 / (shape[0] / 2 + shape[1])
+    top = int(np.abs(along[: low + 1] - turn).argmin())
+    far = len(rim) - top  # the mirror images of the corners
+    stops = [0, top, low, end, len(rim) - low, far, len(rim)]
     way = np.array([[0.5, 0], [1, 0], [1, 1], [0.5, 1], [0, 1], [0, 0], [0.5, 0]])
-    legs = np.concatenate([[0], np.cumsum([0.5, 1, 0.5, 0.5, 1, 0.5])]) / 4
-    # A border vertex on each corner keeps the outline square.
-    for corner in legs[[1, 2, 4, 5]]:
-        share[np.abs(share - corner).argmin()] = corner
-    uv = np.stack([np.interp(share, legs, way[:, k]) for k in range(2)], -1)
+    uv = np.zeros((len(rim), 2))
+    for k in range(6):
+        here = slice(stops[k], stops[k + 1])
+        share = (along[here] - along[stops[k]]) / (along[stops[k + 1]] - along[stops[k]])
+        uv[here] = way[k] + share[:, None] * (way[k + 1] - way[k])
     return rim, uv
 
 

@@ -152,20 +152,19 @@ def skin_chart(mean, faces):
     first_half = np.roll(rim, -start)[: (end - start) % len(rim)]
     if points[first_half, 0].mean() < 0:
         rim = rim[::-1]
-        start, end = rim.index(crown), rim.index(front)
-    # The subject's left is on the right of the chart, as in a portrait.
-    rim, rim_uv = atlas.rectangle_rim(points, rim, start, end)
+    # The subject's left is on the right of the chart, as in a portrait: it keeps the old vertices.
+    box = np.array([1024 * atlas.SKIN_BOX[2], 1024 * atlas.SKIN_BOX[3]])
+    rim, rim_uv = atlas.rectangle_rim(points, rim, crown, nape, front, box)
     compact, uv_small = np.unique(uv_faces, return_inverse=True)
     uv_small = uv_small.reshape(-1, 3)
     number = np.full(len(points), -1)
     number[compact] = np.arange(len(compact))
-    box = np.array([1024 * atlas.SKIN_BOX[2], 1024 * atlas.SKIN_BOX[3]])
-    density = face_density(points[compact])
-    uv = atlas.flatten(points[compact], uv_small, number[rim], rim_uv * box, density)
-    held = np.zeros((len(compact), 2), bool)
-    edge = rim_uv[:, None] == np.array([[[0.0, 0.0]], [[1.0, 1.0]]]).transpose(1, 0, 2)
-    held[number[rim]] = edge.any(1)
-    uv = atlas.relax(points[compact], uv_small, uv, held, density)
+    body, mesh = atlas.fill_holes(points[compact], uv_small, number[rim])
+    density = face_density(body)
+    uv = atlas.flatten(body, mesh, number[rim], rim_uv * box, density)
+    held = np.zeros((len(body), 2), bool)
+    held[number[rim]] = (rim_uv == 0) | (rim_uv == 1)
+    uv = atlas.relax(body, mesh, uv, held, density, len(mesh) - len(uv_small))[: len(compact)]
     uv /= box
     copies = {w: v for v, w in copy.items()}
     source = np.array([copies.get(int(v), int(v)) for v in compact])

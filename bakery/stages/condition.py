@@ -14,7 +14,7 @@ from bakery.types import Conditions
 SIZE = 512  # pixels of the generator's picture
 FACE_SHARE = 0.78  # forehead to chin over the picture's side, as the measurements cut it
 DRAWN = ("skin", *INTERIOR)
-IRIS_DEGREES = 28.0  # angular radius of a mean iris (5.85 mm) on a mean eyeball (12.4 mm)
+IRIS = 5.85  # mm, radius of a mean iris
 
 
 def face_camera(fit, head, neutral, yaw=0.0, pitch=0.0, size=SIZE, share=FACE_SHARE):
@@ -93,9 +93,10 @@ def _gaze_mask(head, vertices, neutral, gaze, camera, fragments, part):
         corner = head.faces[fragments.face[mine]]
         points = np.einsum("nk,nkc->nc", fragments.barycentric[mine], vertices[corner])
         direction = points - centers[which]
-        direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-6)
-        angle = np.degrees(np.arccos(np.clip(direction @ axis, -1, 1)))
-        iris = 1 - smoothstep(IRIS_DEGREES - 2, IRIS_DEGREES + 2, angle)
+        radius = np.linalg.norm(direction, axis=1)
+        direction /= np.maximum(radius, 1e-6)[:, None]
+        off_axis = np.linalg.norm(np.cross(direction, axis), axis=1) * radius
+        iris = 1 - smoothstep(IRIS - 0.4, IRIS + 0.4, off_axis)
         out[mine] = np.stack([iris, 1 - iris], 1)
     return out
 

@@ -65,7 +65,7 @@ def prepare(photo, landmarks, fit, neutral, head, skin_mask, resolution):
     image, mask, camera, corner, scale = _cut_out(photo, skin_mask, fit, head, vertices, resolution)
     points = (landmarks.points - corner) * scale
     local = replace(fit, camera=camera)
-    skin = complete_skin(image, mask, local, head, vertices, atlas)
+    skin = complete_skin(image, mask, points, local, head, vertices, atlas)
     blank = np.zeros((8, 8, 3), np.float32)
     drawn = condition(head, neutral, blank, fit.expression, fit.gaze, camera)
     eyes = eye_maps(image, points, local, head, vertices, drawn.part, drawn.depth, skin.tone)

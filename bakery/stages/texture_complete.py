@@ -13,9 +13,19 @@ from bakery.geometry.noise import value_noise
 from bakery.geometry.sample import bilinear
 from bakery.stages.atlas import make_view, see
 
+LIDS = (
+    (263, 249, 390, 373, 374, 380, 381, 382, 362, 398, 384, 385, 386, 387, 388, 466),
+    (33, 7, 163, 144, 145, 153, 154, 155, 133, 173, 157, 158, 159, 160, 161, 246),
+)
+LIPS = (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308, 324, 318, 402, 317, 14, 87, 178, 88, 95)
+OVAL = (
+    10, 338, 297, 332, 284, 251, 389, 356, 454, 323, 361, 288, 397, 365, 379, 378, 400, 377, 152,
+    148, 176, 149, 150, 136, 172, 58, 132, 93, 234, 127, 162, 21, 54, 103, 67, 109,
+)  # fmt: skip
 OBSERVED, MIRRORED, INFERRED, PAINTED = 1, 2, 3, 4  # codes of coverage.exr; 0 is outside all charts
 SKIN = ("skin",)
-GRAIN_WAVELENGTHS = (0.9, 1.8, 3.6, 7.2)  # mm; pores to blotches
+FAR_TONE = 0.001  # how strongly unseen skin leans to the median of the face, against its borders
+GRAIN_WAVELENGTHS = (0.9, 1.8, 3.6)  # mm; pores to small blotches
 
 
 @dataclass(frozen=True)
@@ -45,12 +55,51 @@ def shading(normals, light):
     return np.clip(gray, 0.45, 1.5)[:, None] * np.ones(3, np.float32)
 
 
-def complete_skin(linear, skin_mask, fit, head, vertices, atlas):
+def rims(points, shape):
+    """How near a pixel [H, W] 0..1 is to the edge of a lid or to the line between the lips.
+
+    There the surface turns away from the camera, yet what the photo shows is its own colour: the
+    lash line, the line of the mouth.
+    """
+    out = np.zeros(shape, np.float32)
+    for ring, band in ((LIDS[0], 0.07), (LIDS[1], 0.07), (LIPS, 0.05)):
+        curve = points[list(ring)]
+        width = np.ptp(curve[:, 0])
+        line = np.ones(shape, np.uint8)
+        cv2.polylines(line, [np.round(curve * 16).astype(np.int32)], True, 0, shift=4)
+        away = cv2.distanceTransform(line, cv2.DIST_L2, 3)
+        out = np.maximum(out, smoothstep(band * width, 0.5 * band * width, away))
+    return out.astype(np.float32)
+
+
+def open_lids(skin_mask, points):
+    """The mask with the lids let in up to their edge.
+
+    A segmentation leaves a margin around the eyes; without it the lash line would be lost and lids
+    would end in bare skin.
+
+    Args:
+        points: [L, 2] pixels.
+    """
+    out = skin_mask.copy()
+    for lids in LIDS:
+        ring = points[list(lids)]
+        width = np.ptp(ring[:, 0])
+        eye = np.zeros(out.shape, np.uint8)
+        cv2.fillPoly(eye, [np.round(ring * 16).astype(np.int32)], 1, shift=4)
+        away = cv2.distanceTransform(1 - eye, cv2.DIST_L2, 3)
+        around = smoothstep(0.30 * width, 0.18 * width, away) * (1 - eye)
+        out = np.maximum(out, around.astype(np.float32))
+    return out
+
+
+def complete_skin(linear, skin_mask, points, fit, head, vertices, atlas):
     """Unwrap the photo and fill what it does not show.
 
     Args:
         linear: [H, W, 3] float32 photo, already filtered to about the atlas's density.
         skin_mask: [H, W] float32 0..1, from `segment`.
+        points: [L, 2] pixels, landmarks of the photo.
         fit: Fit of the photo.
         vertices: [V, 3] mm, the shape as it stands in the photo.
         atlas: Atlas of the head.
@@ -61,7 +110,9 @@ def complete_skin(linear, skin_mask, fit, head, vertices, atlas):
     rows = np.flatnonzero(atlas.rows(*SKIN))
     view = make_view(vertices, head, fit.camera)
     pixels, weight = see(atlas, rows, view)
-    weight *= smoothstep(0.5, 0.95, bilinear(skin_mask, pixels))
+    _, turned = see(atlas, rows, view, grazing=89.5, full=80.0)
+    weight = np.maximum(weight, turned * bilinear(rims(points, linear.shape[:2]), pixels))
+    weight *= smoothstep(0.5, 0.95, bilinear(open_lids(skin_mask, points), pixels))
     color = bilinear(linear, pixels)
 
     # Light is taken out before anything is continued across the head, and put back at the end.
@@ -95,8 +146,11 @@ def complete_skin(linear, skin_mask, fit, head, vertices, atlas):
     # The far tone joins the diffusion as a faint opinion held everywhere.
     low = cv2.GaussianBlur(joined * known[..., None], (0, 0), atlas.size / 170)
     low /= np.maximum(cv2.GaussianBlur(known, (0, 0), atlas.size / 170), 1e-3)[..., None]
-    trusted = cv2.erode((known > 0.8).astype(np.float32), np.ones((5, 5)))
-    anchored = np.maximum(trusted, 0.004 * picture(np.ones(len(rows))))
+    rim = atlas.size // 100 | 1  # borders of what was seen are the least sure: hair, halo, glare
+    firm = (known > 0.8).astype(np.float32)
+    inner = cv2.erode(firm, np.ones((3, 3), np.uint8)) * inside_oval(head, atlas.size)
+    trusted = np.maximum(cv2.erode(firm, np.ones((rim, rim), np.uint8)), inner)
+    anchored = np.maximum(trusted, FAR_TONE * picture(np.ones(len(rows))))
     values = np.where(trusted[..., None] > 0, low, tone)
     base = diffuse(values, anchored)
     grain = grain_like(joined, trusted * picture(np.ones(len(rows))), vertices, atlas, rows, picture)
@@ -110,6 +164,16 @@ def complete_skin(linear, skin_mask, fit, head, vertices, atlas):
         [~on_skin, seen >= 0.5, known >= 0.5], [0, OBSERVED, MIRRORED], INFERRED
     ).astype(np.uint8)
     return SkinTexture(lit, source, np.where(on_skin, seen, 0).astype(np.float32), tone)
+
+
+def inside_oval(head, size):
+    """Boolean [T, T] as float32: texels well within the face contour, where edges are lids and lips."""
+    uv = head.uv[head.uv_faces[head.landmark_faces]]
+    places = np.einsum("lkc,lk->lc", uv, head.landmark_barycentric)[list(OVAL)] * size
+    places = places.mean(0) + 0.8 * (places - places.mean(0))
+    mask = np.zeros((size, size), np.float32)
+    cv2.fillPoly(mask, [np.round(places).astype(np.int32)], 1)
+    return mask
 
 
 def soften(weight, inside):

@@ -11,13 +11,9 @@ from bakery.geometry.color import LUMA
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import FOLLOW
+from bakery.stages.texture_complete import LIDS
 
 MAP = 256  # pixels a side; one is 0.8 degrees, 0.16 mm on the ball
-# Rings of the 478-point order: lid margin, and the iris with its centre first; left eye, right eye.
-LIDS = (
-    (263, 249, 390, 373, 374, 380, 381, 382, 362, 398, 384, 385, 386, 387, 388, 466),
-    (33, 7, 163, 144, 145, 153, 154, 155, 133, 173, 157, 158, 159, 160, 161, 246),
-)
 IRISES = ((473, 474, 475, 476, 477), (468, 469, 470, 471, 472))
 IRIS_MM = (5.3, 6.5)  # plausible radius of an adult iris; the mean is 5.85
 SCLERA_OVER_SKIN = 1.35  # luminance, when no sclera can be seen
@@ -81,7 +77,7 @@ def _one_eye(linear, points, fit, vertices, head, eye, shade, skin_tone):
     # Highlights: far brighter than their surroundings, on or near the cornea, small.
     bright = max(float(sclera @ LUMA), 1e-3)
     glare = smoothstep(0.25, 0.6, excess / bright) * smoothstep(
-        1.6 * iris_angle, 1.2 * iris_angle, angle
+        1.0 * iris_angle, 0.8 * iris_angle, angle
     )
     glare = cv2.GaussianBlur(glare.astype(np.float32), (0, 0), 1.0)
     glint_here = np.maximum(color - model, 0) * light * (glare * (weight > 0.02))[..., None]

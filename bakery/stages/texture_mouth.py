@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 
 from bakery.generators.shade import MOUTH, is_part
 from bakery.geometry import camera as cameras
-from bakery.geometry.fill import diffuse
+from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import weights
 from bakery.stages.carriers import make_carrier
@@ -80,8 +81,8 @@ def mouth_texture(subject, generator, camera, sheet, expression):
     )
     picture = generator.generate(subject, seen, interior_only=True).image
     pixels = cameras.project(sheet.at(seen.vertices), camera)
-    shown = is_part(seen.part, *MOUTH).astype(np.float32)
-    weight = sheet.paint(np.clip(bilinear(shown, pixels) * 2 - 1, 0, 1))
+    shown = cv2.GaussianBlur(is_part(seen.part, *MOUTH).astype(np.float32), (0, 0), 1.0)
+    weight = sheet.paint(smoothstep(0.55, 0.95, bilinear(shown, pixels)).astype(np.float32))
     color = sheet.paint(bilinear(picture, pixels))
     return np.maximum(diffuse(color, weight), 0) if weight.max() > 0 else None
 
