@@ -29,15 +29,21 @@ class Conv(nn.Module):
 
 
 class Residual(nn.Module):
-    """x + two convolutions of x, then SiLU."""
+    """x + two convolutions of x.
+
+    Nothing acts on the sum and the branch starts at zero: with SiLU after the sum, the points
+    network learned nothing in 250 steps; so, it had halved its error.
+    """
 
     def __init__(self, channels, folded=False):
         super().__init__()
         self.first = Conv(channels, channels, folded=folded)
         self.second = Conv(channels, channels, active=False, folded=folded)
+        if not folded:
+            nn.init.zeros_(self.second.norm.weight)
 
     def forward(self, x):
-        return functional.silu(x + self.second(self.first(x)))
+        return x + self.second(self.first(x))
 
 
 def stage(inputs, outputs, blocks, folded):
@@ -83,7 +89,7 @@ class PointsNet(nn.Module):
     logit of a face [B].
     """
 
-    crop_size = 192
+    crop_size = 128
 
     def __init__(self, folded=False):
         super().__init__()
@@ -93,16 +99,18 @@ class PointsNet(nn.Module):
             stage(40, 80, 3, folded),
             stage(80, 128, 3, folded),
             stage(128, 192, 2, folded),
-            Conv(192, 48, kernel=1, folded=folded),
+            Conv(192, 96, kernel=1, folded=folded),
         )
-        self.hidden = nn.Linear(48 * (self.crop_size // 32) ** 2, 384)
+        self.hidden = nn.Linear(96 * (self.crop_size // 32) ** 2, 384)
         self.out = nn.Linear(384, POINTS * 3 + 1)
+        nn.init.zeros_(self.out.weight)
+        nn.init.zeros_(self.out.bias)
         self.register_buffer("mean_shape", torch.zeros(POINTS, 2))
 
     def forward(self, x):
         features = functional.silu(self.hidden(self.body(x - 0.5).flatten(1)))
         out = self.out(features).float()
-        shape, spread = out[:, : POINTS * 2] * 0.1, out[:, POINTS * 2 : POINTS * 3]
+        shape, spread = out[:, : POINTS * 2], out[:, POINTS * 2 : POINTS * 3]
         return self.mean_shape + shape.unflatten(1, (POINTS, 2)), spread - 4.0, out[:, -1]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 POINTS = 478
 RIGHT_EYE_OUTER, LEFT_EYE_OUTER = 33, 263
-CROP_MARGIN = 1.35  # side of a crop / size of the face in it
+CROP_MARGIN = 1.25  # side of a crop / size of the face in it
 PADDING = 127  # grey level outside the picture
 
 

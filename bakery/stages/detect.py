@@ -1,17 +1,21 @@
 """photo -> Landmarks: every face of a picture, the largest first."""
 
+from functools import cache
+
 import cv2
 import numpy as np
+
+from bakery.detectors import network
 
 SMALLEST_FACE = 96  # pixels, longer side of the box; smaller ones have too little to bake
 
 
-def detect_faces(encoded_image, detector):
+def detect_faces(encoded_image, detector=None):
     """Find all faces of a photo.
 
     Args:
         encoded_image: [H, W, 3] sRGB-encoded, float32 0..1 or uint8, upright.
-        detector: see `bakery.detectors.base.Detector`.
+        detector: see `bakery.detectors.base.Detector`; None takes the project's own network.
 
     Returns:
         list of Landmarks, the largest face first
@@ -26,10 +30,15 @@ def detect_faces(encoded_image, detector):
         )
     if image.dtype == np.float32:
         image = cv2.convertScaleAbs(np.maximum(image, 0), alpha=255)
-    faces = detector.detect(image)
+    faces = (detector or _own_network()).detect(image)
     return sorted(faces, key=lambda face: -float(face.box[2] * face.box[3]))
 
 
 def face_size(landmarks):
     """Longer side of a face's box, pixels; see `SMALLEST_FACE`."""
     return float(landmarks.box[2:].max())
+
+
+@cache
+def _own_network():
+    return network.load()

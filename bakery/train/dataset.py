@@ -20,7 +20,7 @@ from bakery.train.relief import make_relief, pose, render, reshape
 
 STORED = 480  # longer side of a stored photo, pixels
 CANVAS = 192  # side of a finder sample, pixels
-CROP = 192  # side of a points sample, pixels
+CROP = 128  # side of a points sample, pixels
 
 
 @dataclass(frozen=True)
@@ -143,8 +143,6 @@ def mirror_order(points):
     Returns:
         [478] int; mirrored[i] = original[order[i]] with x negated.
     """
-    from scipy.optimize import linear_sum_assignment
-
     upright = []
     for face in points:
         frame = frames.frame_of_points(face)
@@ -155,7 +153,16 @@ def mirror_order(points):
     flipped = mean * (-1, 1, 1)
     cost = np.linalg.norm(flipped[:, None] - mean[None], axis=-1) ** 2
     cost[:468, 468:] = cost[468:, :468] = 1e3
-    order = linear_sum_assignment(cost + cost.T)[1]
+    return _pair_up(cost + cost.T)
+
+
+def _pair_up(cost):
+    """Pair indices i <-> j (or i with itself) greedily, the cheapest pair of all first."""
+    order = np.full(len(cost), -1)
+    for flat in np.argsort(cost, axis=None, kind="stable"):
+        i, j = divmod(int(flat), len(cost))
+        if order[i] < 0 and order[j] < 0:
+            order[i], order[j] = j, i
     return order
 
 

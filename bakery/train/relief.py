@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import cv2
 import numba
 import numpy as np
-from scipy.spatial import Delaunay
 
 from bakery.detectors.frames import PADDING, POINTS, frame_of_points
 
@@ -65,7 +64,7 @@ def make_relief(image, mask, points):
     depth = follow @ points[:, 2] + 0.6 * np.minimum(distance.min(1), 0.5 * frame.size)
     outer = np.concatenate([lattice, depth[:, None]], 1)
     vertices = np.concatenate([points, outer]).astype(np.float32)
-    triangles = Delaunay(vertices[:, :2]).simplices.astype(np.int32)
+    triangles = triangulate(vertices[:, :2])
     images, masks = [image], [mask]
     while len(images) < 4:
         images.append(halve(images[-1]))
@@ -79,6 +78,19 @@ def make_relief(image, mask, points):
         frame.center.astype(np.float32),
         float(frame.size),
     )
+
+
+def triangulate(points):
+    """Delaunay triangles [T, 3] int32 of points [N, 2]."""
+    low, high = points.min(0) - 1, points.max(0) + 1
+    box = (*low.astype(int).tolist(), *(high - low + 2).astype(int).tolist())
+    division = cv2.Subdiv2D(box)
+    for point in points.tolist():
+        division.insert(tuple(point))
+    corners = division.getTriangleList().reshape(-1, 3, 2)
+    known = {tuple(np.float32(p)): i for i, p in enumerate(points.astype(np.float32))}
+    found = [[known.get(tuple(p), -1) for p in triangle] for triangle in corners]
+    return np.array([t for t in found if min(t) >= 0], np.int32)
 
 
 def halve(image):

@@ -1,0 +1,227 @@
+"""The project's own detector: a finder over a picture pyramid, then points in two looks.
+
+The finder says where faces are, how large and how tilted. The points network looks at an upright
+crop of each; its answer gives a better crop, and the second look is the result. It also says
+whether there is a face at all, which weeds out what the finder took for one.
+
+torch is imported on the first use, for it takes a second.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from bakery.detectors import frames
+from bakery.errors import ModelError
+from bakery.types import Landmarks
+
+WEIGHTS = Path(__file__).resolve().parents[1] / "assets" / "detectors" / "network.safetensors"
+CELL = 8  # pixels of a pyramid level a cell of the finder's answer
+UNIT_SIZE = 48.0  # pixels; the finder gives sizes as multiples of this
+
+
+@dataclass(frozen=True)
+class NetworkOptions:
+    shrink: float = 3.2  # photo pixels a pixel of the finest level: a 64 pixel face is 20 there
+    coarsest: int = 96  # longer side of the coarsest level, pixels
+    finest: int = 2000  # longer side of the finest level at most, pixels
+    finder_score: float = 0.3  # weaker peaks are not looked at
+    presence: float = 0.5  # weaker faces are not reported
+    candidates: int = 12  # peaks that are looked at
+    looks: int = 2  # of the points network; each after the first starts from the one before
+    full_confidence_error: float = 0.1  # expected error, eye distances, at confidence 1/e
+
+
+class NetworkDetector:
+    """See `bakery.detectors.base.Detector`."""
+
+    name = "network"
+
+    def __init__(self, finder, points, options=NetworkOptions()):
+        self.finder, self.points, self.options = finder, points, options
+
+    def detect(self, image):
+        """All faces of a photo.
+
+        Args:
+            image: [H, W, 3] uint8, sRGB, upright.
+
+        Returns:
+            list of Landmarks, surest first
+        """
+        found = self.find(image)
+        for look in range(self.options.looks):
+            if not found:
+                return []
+            shapes, errors, presence = self.place(image, found)
+            if look == 0:
+                keep = presence > 0.1
+                shapes, errors, presence = shapes[keep], errors[keep], presence[keep]
+            found = [frames.frame_of_points(points) for points in shapes]
+        order = np.argsort(-presence)
+        faces = []
+        for i in order:
+            if presence[i] < self.options.presence or _repeats(found[i], [f for f, _ in faces]):
+                continue
+            faces.append((found[i], self._landmarks(shapes[i], errors[i], presence[i])))
+        return [landmarks for _, landmarks in faces]
+
+    def find(self, image):
+        """Where the finder sees faces: list of FaceFrame, surest first."""
+        peaks = []
+        for level in pyramid(image, self.options):
+            scale = level.shape[1] / image.shape[1], level.shape[0] / image.shape[0]
+            peaks += _peaks(self._run(self.finder, _padded(level))[0], scale, self.options)
+        peaks.sort(key=lambda peak: -peak[0])
+        kept = []
+        for _, frame in peaks:
+            if not _repeats(frame, kept):
+                kept.append(frame)
+            if len(kept) == self.options.candidates:
+                break
+        return kept
+
+    def place(self, image, found):
+        """Look at the upright crop of each frame.
+
+        Returns:
+            points [n, 478, 2] pixels, expected errors [n, 478] pixels, presence [n] 0..1
+        """
+        size = self.points.crop_size
+        crops, matrices = zip(*(_crop(image, frame, size) for frame in found))
+        shapes, log_errors, logits = self._run(self.points, np.stack(crops))
+        shapes, errors = (shapes + 0.5) * size, np.exp(log_errors) * size
+        for i, matrix in enumerate(matrices):
+            inverse = frames.invert_affine(matrix)
+            shapes[i] = frames.apply_affine(inverse, shapes[i])
+            errors[i] *= np.sqrt(abs(np.linalg.det(inverse[:, :2])))
+        return shapes, errors, 1 / (1 + np.exp(-logits))
+
+    def _run(self, network, images):
+        """Pictures [n, H, W, 3] uint8 through a network; a tuple of float32 arrays."""
+        import torch
+
+        with torch.inference_mode():
+            batch = torch.from_numpy(np.ascontiguousarray(images)).permute(0, 3, 1, 2)
+            out = network(batch.float().mul_(1 / 255))
+        return tuple(part.numpy() for part in (out if isinstance(out, tuple) else (out,)))
+
+    def _landmarks(self, points, errors, presence):
+        eyes = np.linalg.norm(points[frames.LEFT_EYE_OUTER] - points[frames.RIGHT_EYE_OUTER])
+        confidence = np.exp(-errors / max(eyes, 1e-6) / self.options.full_confidence_error)
+        low, high = points[:468].min(0), points[:468].max(0)
+        return Landmarks(
+            box=np.concatenate([low, high - low]).astype(np.float32),
+            score=float(presence),
+            points=points.astype(np.float32),
+            confidence=np.clip(confidence, 0, 1).astype(np.float32),
+        )
+
+
+def load(path=WEIGHTS, options=NetworkOptions()):
+    """The detector with weights from a file.
+
+    Args:
+        path: .safetensors as `bakery.train.detector.export` writes it.
+        options: NetworkOptions
+
+    Returns:
+        NetworkDetector
+
+    Raises:
+        ModelError: the file is missing, damaged or of another network.
+    """
+    import torch
+    from safetensors.torch import load_file
+
+    from bakery.detectors.blocks import FinderNet, PointsNet
+
+    try:
+        tensors = load_file(path)
+    except FileNotFoundError:
+        raise ModelError(f"{path}: no such weights; reinstall bakery or train the detector") from None
+    except Exception as error:
+        raise ModelError(f"{path}: damaged weights ({error}); reinstall bakery") from None
+    networks = []
+    for name, kind in (("finder.", FinderNet), ("points.", PointsNet)):
+        network = kind(folded=True)
+        mine = {k.removeprefix(name): v.float() for k, v in tensors.items() if k.startswith(name)}
+        try:
+            network.load_state_dict(mine)
+        except RuntimeError:
+            raise ModelError(
+                f"{path}: weights of another network; give a file that this version exported"
+            ) from None
+        networks.append(network.eval().to(memory_format=torch.channels_last))
+    return NetworkDetector(*networks, options)
+
+
+def pyramid(image, options):
+    """The photo at the sizes the finder looks at, finest first; each a third of the one before."""
+    longest = max(image.shape[:2])
+    side = min(max(longest / options.shrink, options.coarsest), options.finest)
+    levels = []
+    while True:
+        scale = side / longest
+        size = tuple(max(round(n * scale), 8) for n in image.shape[1::-1])
+        shrinking = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+        image = cv2.resize(image, size, interpolation=shrinking)
+        longest = max(size)
+        levels.append(image)
+        if side <= options.coarsest * 1.2:
+            return levels
+        side = max(side / 3, options.coarsest)
+
+
+def _padded(level):
+    """Grey on the right and below up to multiples of 16, as a batch of one."""
+    height, width = level.shape[:2]
+    below, right = -height % 16, -width % 16
+    grey = (frames.PADDING,) * 3
+    padded = cv2.copyMakeBorder(level, 0, below, 0, right, cv2.BORDER_CONSTANT, value=grey)
+    return padded[None]
+
+
+def _peaks(answer, scale, options):
+    """Local maxima of the finder's answer [1, 6, G, G]: list of (score, FaceFrame)."""
+    score = 1 / (1 + np.exp(-answer[0, 0]))
+    highest = cv2.dilate(score, np.ones((3, 3), np.uint8))
+    peaks = []
+    for i, j in np.argwhere((score >= highest) & (score > options.finder_score)):
+        dx, dy, log_size, cosine, sine = map(float, answer[0, 1:, i, j])
+        center = np.array([(j + 0.5 + dx) * CELL / scale[0], (i + 0.5 + dy) * CELL / scale[1]])
+        size = UNIT_SIZE * float(np.exp(np.clip(log_size, -3, 3))) / np.sqrt(scale[0] * scale[1])
+        frame = frames.FaceFrame(center, size, float(np.arctan2(sine, cosine)))
+        peaks.append((float(score[i, j]), frame))
+    return peaks
+
+
+def _repeats(frame, others):
+    """Whether a frame shows a face that one of the others shows already."""
+    return any(
+        np.linalg.norm(frame.center - other.center) < 0.45 * max(frame.size, other.size)
+        for other in others
+    )
+
+
+def _crop(image, frame, size):
+    """Upright crop [size, size, 3] of a frame and its matrix, photo pixels -> crop pixels."""
+    matrix = frames.crop_matrix(frame, size)
+    shrink = max(round(frame.size * frames.CROP_MARGIN / size), 1)
+    if shrink == 1:
+        return frames.take_crop(image, matrix, size), matrix
+    corners = np.array([[0, 0], [size, 0], [0, size], [size, size]], float)
+    corners = frames.apply_affine(frames.invert_affine(matrix), corners)
+    height, width = image.shape[:2]
+    x0, y0 = np.clip(corners.min(0).astype(int) - 2, 0, (width - 1, height - 1)).tolist()
+    x1, y1 = np.clip(corners.max(0).astype(int) + 3, (x0 + 1, y0 + 1), (width, height)).tolist()
+    window = image[y0:y1, x0:x1]
+    scaled = max((x1 - x0) // shrink, 1), max((y1 - y0) // shrink, 1)
+    scale = np.array([(x1 - x0) / scaled[0], (y1 - y0) / scaled[1]])
+    small = cv2.resize(window, scaled, interpolation=cv2.INTER_AREA)
+    from_small = matrix.copy()
+    from_small[:, :2] = matrix[:, :2] * scale
+    from_small[:, 2] += matrix[:, :2] @ (x0, y0)
+    return frames.take_crop(small, from_small, size), matrix
