@@ -13,9 +13,9 @@ from bakery.formats.files import digest, digest_file, read_bytes
 from bakery.formats.place import check_place
 from bakery.formats.work import key_of, work_folder
 from bakery.heads.file import load_head
+from bakery.stages.bundle import Baked
 from bakery.stages.detect import face_size
 from bakery.steps import (
-    Baked,
     BuildOptions,
     detector_name,
     draw_masks,

@@ -181,11 +181,12 @@ def pack(
     """
     from bakery import steps
     from bakery.formats import record
+    from bakery.stages.bundle import Baked
 
     chosen = options.build_options(preset, settings)
     read = _read_portrait(photo, fitted, **which)
     segmentation = steps.segment_portrait(read.photo, read.landmarks, chosen)
-    baked = steps.Baked(
+    baked = Baked(
         photo=read.photo,
         fit=read.fit,
         head=steps.load_head(head),
