@@ -1,0 +1,55 @@
+# bakery: `make help` lists what there is.
+
+PYTHON ?= $(shell command -v python3.13 || command -v python3.12 || command -v python3.11 || echo python3)
+VENV ?= .venv
+RUN = $(VENV)/bin
+READY = $(VENV)/.ready
+SAMPLE ?= $(firstword $(sort $(wildcard samples/*.jpg)))
+DEMO = demo.avatar
+PHOTOS ?= samples
+OUT ?= avatars
+FLAGS ?=
+
+.PHONY: help setup demo test lint golden bench avatars samples clean
+.DEFAULT_GOAL := help
+
+help: ## list the targets
+	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## /  \1|/' | column -t -s '|'
+
+setup: $(READY) ## create .venv and install everything
+
+$(READY): pyproject.toml
+	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed; make PYTHON=/path/to/python3.11" if sys.version_info < (3, 11) else 0)'
+	$(PYTHON) -m venv $(VENV)
+	$(RUN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@
+
+demo: $(READY) ## bake a sample portrait and say where its picture is
+	@$(RUN)/bakery build --overwrite -o $(DEMO) -- '$(SAMPLE)'
+	@$(RUN)/bakery validate $(DEMO)
+	@echo 'preview: $(CURDIR)/$(DEMO)/preview.png'
+
+test: $(READY) ## run the tests
+	$(RUN)/python -m pytest
+
+lint: $(READY) ## check style and spelling
+	$(RUN)/ruff check .
+	$(RUN)/ruff format --check .
+	$(RUN)/codespell bakery tests tools docs README.md CHANGELOG.md Makefile
+
+golden: $(READY) ## accept today's pictures as the golden ones
+	$(RUN)/python -m pytest -k golden --update-golden
+
+bench: $(READY) ## measure speed and memory; append a line to tests/bench/results.csv
+	$(RUN)/python tests/bench/bench.py '$(SAMPLE)'
+
+avatars: $(READY) ## bake every portrait of PHOTOS=folder into OUT=folder; -j2 bakes two at once
+	@mkdir -p '$(OUT)'
+	@$(RUN)/python tools/avatars.py '$(PHOTOS)' '$(OUT)' '$(abspath $(RUN)/bakery)' '$(FLAGS)' > '$(OUT)/.avatars.mk'
+	+@$(MAKE) --no-print-directory --keep-going -f '$(OUT)/.avatars.mk' all
+
+samples: $(READY) ## paint the synthetic portraits of samples/ again
+	$(RUN)/bakery synth samples -o samples
+
+clean: ## remove what was built
+	rm -rf $(VENV) $(DEMO) build dist *.egg-info .pytest_cache .ruff_cache node_modules

@@ -1,0 +1,77 @@
+"""The drawing in the README, kept true: imports point down, files stay short."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = ROOT / "bakery"
+LAYERS = [
+    {"errors"}, {"check"}, {"types"}, {"geometry"}, {"formats"},
+    {"heads", "detectors", "generators", "preset"}, {"stages"}, {"synth"}, {"runtime"},
+    {"steps"}, {"pipeline", "frames", "checkup", "train"}, {"evaluate"}, {"cli"}, {"__main__"},
+]  # fmt: skip
+RANK = {part: rank for rank, parts in enumerate(LAYERS) for part in parts}
+# A generator draws heads and is handed their conditions: these two plug-in points build on heads.
+MEET = {("generators", "heads"), ("detectors", "heads")}
+LONGEST = 400  # lines
+
+
+def used_parts(path):
+    """The parts of the package that a file imports."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        names = []
+        if isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            root, *rest = node.module.split(".")
+            if root == "bakery":
+                names = rest[:1] or [alias.name for alias in node.names]
+        elif isinstance(node, ast.Import):
+            names = [
+                alias.name.split(".")[1] for alias in node.names if alias.name.startswith("bakery.")
+            ]
+        yield from (name for name in names if name != "__version__")
+
+
+FILES = sorted(path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__init__.py")
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_imports_point_down(path):
+    part = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+    for used in used_parts(path):
+        allowed = used == part or RANK[used] < RANK[part] or (part, used) in MEET
+        assert allowed, f"{part} must not import {used}"
+
+
+@pytest.mark.parametrize(
+    "path",
+    FILES + sorted((ROOT / "tests").rglob("*.py")),
+    ids=lambda p: p.relative_to(ROOT).as_posix(),
+)
+def test_files_are_short(path):
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= LONGEST
+
+
+def test_torch_stays_where_it_belongs():
+    for path in FILES:
+        part = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+        if part in ("generators", "detectors", "train"):
+            continue
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        for node in ast.walk(tree):
+            if isinstance(node, (ast.Import, ast.ImportFrom)):
+                names = [alias.name for alias in node.names] + [getattr(node, "module", "") or ""]
+                assert not any(name.split(".")[0] == "torch" for name in names), path
+
+
+def test_help_loads_nothing_slow():
+    code = (
+        "import sys; from bakery.cli.main import bakery; "
+        "bakery.main(['--help'], standalone_mode=False); "
+        "print(sorted(sys.modules.keys() & {'numpy', 'torch', 'cv2', 'PIL', 'numba'}))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.endswith("[]\n")
