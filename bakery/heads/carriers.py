@@ -5,7 +5,7 @@ import numpy as np
 from bakery.heads.patch import Patch, follow_ids, part_ids
 
 SHEET_ROWS = 10
-SHEET_COLUMNS = 36
+SHEET_COLUMNS = 32
 
 
 def split_ring(ring, mean, jaw_open):

@@ -6,7 +6,7 @@ import numpy as np
 
 from bakery.heads.patch import Patch, follow_ids, part_ids, rigid, still
 
-SEGMENTS = 32
+SEGMENTS = 28
 CORNEA = 0.055  # height of the bulge over the sphere, in radii
 CAP_ANGLE = 65.0  # degrees from the axis that a cap reaches
 
@@ -141,7 +141,7 @@ def eye_cap(side, ball, gap):
     Args:
         gap: mm between the white of the eye and the cap.
     """
-    directions, faces, uv = disc(np.linspace(0, CAP_ANGLE, 14)[1:], CAP_ANGLE)
+    directions, faces, uv = disc(np.linspace(0, CAP_ANGLE, 10)[1:], CAP_ANGLE)
     mean = ball.center + (ball.radius + gap) * directions
     return Patch(
         parts=part_ids("eye_cap_" + side, len(faces)),

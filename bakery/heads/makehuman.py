@@ -7,11 +7,12 @@ import numpy as np
 from bakery.geometry.mesh import boundary_loops
 from bakery.heads import atlas
 from bakery.heads.base import PARTS
-from bakery.heads.carriers import mouth_sheet
+from bakery.heads.carriers import mouth_sheet, split_ring
 from bakery.heads.embed import known_landmarks, with_landmarks
 from bakery.heads.eyes import CORNEA, Ball, eye_cap, eyeball, fit_ball
-from bakery.heads.patch import Patch, boxed, follow_ids, join, place
+from bakery.heads.patch import Patch, boxed, follow_ids, join, part_ids, place
 from bakery.heads.subdivide import refine
+from bakery.heads.teeth import LOWER, UPPER, Arch, affine_carry, gum, row_of_teeth
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 LICENCE = "CC0-1.0"
@@ -64,6 +65,50 @@ def symmetric(raw):
     return replace(raw, mean=mean, expression=expression, sliders=identity)
 
 
+def close_lips(raw, gap=0.1):
+    """The head with the inner lip contour of its mean shut: both lips go half the way.
+
+    The move fades over the lips as a harmonic field, and takes the mouth cavity along.
+    """
+    chosen = np.isin(raw.parts, ["skin", "mouth_cavity"])
+    quads = raw.quads[chosen]
+    loops = boundary_loops(triangles_of(raw.quads[raw.parts == "skin"]))
+    ring = [
+        loop for loop in loops if abs(raw.mean[loop, 0].mean()) < 1 and raw.mean[loop, 2].mean() > 0
+    ]
+    upper, lower = split_ring(ring[0], raw.mean, raw.expression[EXPRESSION_INDEX["jawOpen"]])
+    x, y = raw.mean[:, 0], raw.mean[:, 1]
+    above, below = np.interp(x, x[upper], y[upper]), np.interp(x, x[lower], y[lower])
+    reach = np.abs(x) / x[upper].max()
+    share = np.clip((1 - reach) / 0.12, 0, 1) * np.maximum(above - below - gap, 0) / 2
+    near = rings(quads, ring[0], 6)
+    held = np.ones(len(x), bool)
+    held[np.unique(quads[near < 6])] = False
+    held[np.unique(quads[near == 6])] = True
+    held[ring[0]] = True
+    move = np.zeros((len(x), 1))
+    move[upper, 0], move[lower, 0] = -share[upper], share[lower]
+    shift = harmonic(quads, held, move)[:, 0]
+    return replace(raw, mean=raw.mean + shift[:, None] * [0, 1, 0])
+
+
+def harmonic(quads, held, values):
+    """Fill values [V, C] between the held vertices: each the mean of its neighbours."""
+    from scipy.sparse import coo_matrix, diags
+    from scipy.sparse.linalg import spsolve
+
+    V = len(held)
+    sides = np.stack([quads, np.roll(quads, -1, axis=1)], -1).reshape(-1, 2)
+    a = coo_matrix((np.ones(len(sides)), (sides[:, 0], sides[:, 1])), (V, V))
+    a = ((a + a.T) > 0).astype(float).tocsr()
+    L = diags(np.asarray(a.sum(1)).ravel()) - a
+    free = np.flatnonzero(~held)
+    out = np.array(values, float)
+    rest = -(L[free][:, held] @ out[held])
+    out[free] = spsolve(L[free][:, free].tocsc(), rest).reshape(len(free), -1)
+    return out
+
+
 def importance(mean):
     """How much each vertex [V] counts when identity modes are put in order: the face most."""
     return np.where((mean[:, 2] > -40) & (mean[:, 1] > -120), 1.0, 0.15)
@@ -102,16 +147,19 @@ def levels_of(raw, quads, parts):
     skin = parts == "skin"
     loops = boundary_loops(triangles_of(quads[skin]))
     level = np.where(skin, 1, 0)
-    level[skin & (middle[:, 1] < -120)] = 0
-    level[skin & (middle[:, 2] < -80)] = 0
+    level[skin & (middle[:, 1] < -112)] = 0
+    level[skin & (middle[:, 2] < -66)] = 0
+    level[skin & (middle[:, 1] < -70) & (middle[:, 2] < -35)] = 0
+    level[skin & (middle[:, 1] > 70)] = 0  # the scalp bends less than its quads are long
+    level[skin & (middle[:, 1] > 35) & (middle[:, 2] < -30)] = 0
     lips, *lids = [loop for loop in loops if raw.mean[loop, 2].mean() > 0]
-    level[rings(quads, lips, 3) < 3] = 2
+    level[rings(quads, lips, 3) < 2] = 2
     for lid in lids:
-        level[rings(quads, lid, 3) < 3] = 2
+        level[rings(quads, lid, 3) < 2] = 2
     inside = (parts != "skin") & (level == 2)
     near = rings(quads, np.concatenate([lips, *lids]), 3)
-    level[inside & (near > 0)] = 1
-    level[inside & (near > 1)] = 0
+    level[inside & (near > 0)] = 0
+    level[inside & (parts == "eye_socket")] = 0
     return level
 
 
@@ -255,21 +303,55 @@ def piece(raw, name, follow, box):
     quads, uv_quads = raw.quads[raw.parts == name], raw.uv_quads[raw.parts == name]
     used, small = np.unique(quads, return_inverse=True)
     uv_used, uv_small = np.unique(uv_quads, return_inverse=True)
-    faces, uv_faces = (
-        triangles_of(small.reshape(-1, 4)),
-        triangles_of(uv_small.reshape(-1, 4)),
-    )
-    expression = raw.expression[:, used]
+    faces = triangles_of(small.reshape(-1, 4))
     return Patch(
-        parts=np.full(len(faces), PARTS.index(name), np.uint8),
+        parts=part_ids(name, len(faces)),
         mean=raw.mean[used],
         faces=faces,
         uv=place(atlas.fit_box(raw.uv[uv_used]), box),
-        uv_faces=uv_faces,
+        uv_faces=triangles_of(uv_small.reshape(-1, 4)),
         follow=follow_ids(follow, len(used)),
         identity=raw.sliders[:, used],
-        expression=expression,
+        expression=raw.expression[:, used],
     )
+
+
+# Fitted to the cheek side of MakeHuman's tooth bands; the lower jaw bites inside the upper.
+SCALE = 0.93  # its head is a little smaller than the averages the crowns come from
+ARCHES = {
+    "upper": Arch(17.0, 0.00523, 3.23e-5, -66.9, -0.118, -1, SCALE),
+    "lower": Arch(14.2, 0.00549, 4.04e-5, -64.9, -0.118, 1, SCALE),
+}
+TONGUE_SHIFT = np.array([0.0, 0.5, -5.0])  # mm, off the lower incisors
+DOMES = {"upper": 12.0, "lower": 5.0}
+
+
+def jaw_pieces(raw, jaw, boxes):
+    """Teeth and gum of one jaw; they move as the best affine map of the band they replace."""
+    sizes = UPPER if jaw == "upper" else LOWER
+    band = np.unique(raw.quads[raw.parts == "teeth_" + jaw])
+    out = []
+    for name, (vertices, faces, uv) in (
+        ("teeth_" + jaw, row_of_teeth(ARCHES[jaw], sizes)),
+        ("gums_" + jaw, gum(ARCHES[jaw], sizes, DOMES[jaw])),
+    ):
+        moves = np.concatenate([raw.sliders[:, band], raw.expression[:, band]])
+        carried = affine_carry(raw.mean[band], moves, vertices)
+        if jaw == "upper":
+            carried[len(raw.sliders) :] = 0
+        out.append(
+            Patch(
+                parts=part_ids(name, len(faces)),
+                mean=vertices,
+                faces=faces,
+                uv=place(uv, boxes[name]),
+                uv_faces=faces,
+                follow=follow_ids("skull" if jaw == "upper" else "jaw", len(vertices)),
+                identity=carried[: len(raw.sliders)],
+                expression=carried[len(raw.sliders) :],
+            )
+        )
+    return out
 
 
 def balls_of(raw):
@@ -296,19 +378,17 @@ def build(raw, boxes=atlas.BOXES):
     Returns:
         HeadModel.
     """
-    raw = symmetric(raw)
+    raw = close_lips(symmetric(raw))
     body, lips = flesh(raw)
     balls = balls_of(raw)
     patches = [body]
     for side, ball in zip(("left", "right"), balls):
         patches.append(boxed(eyeball(side, ball), boxes["eye_" + side]))
-    for name, follow in (
-        ("teeth_upper", "skull"),
-        ("teeth_lower", "jaw"),
-        ("tongue", "jaw"),
-        ("lashes", "skin"),
-    ):
-        patches.append(piece(raw, name, follow, boxes[name]))
+    for jaw in ("upper", "lower"):
+        patches += jaw_pieces(raw, jaw, boxes)
+    tongue = piece(raw, "tongue", "jaw", boxes["tongue"])
+    patches.append(replace(tongue, mean=tongue.mean + TONGUE_SHIFT))
+    patches.append(piece(raw, "lashes", "skin", boxes["lashes"]))
     jaw = body.expression[EXPRESSION_INDEX["jawOpen"]]
     sheet = mouth_sheet(lips, body.mean, body.identity, body.expression, jaw)
     patches.append(boxed(sheet, boxes["mouth_sheet"]))
