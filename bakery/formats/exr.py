@@ -4,6 +4,7 @@ ZIP is what every reader opens and what notices damage. Files are made in memory
 writer does not report a full disk, Python does.
 """
 
+import contextlib
 import io
 from dataclasses import dataclass
 
@@ -80,11 +81,17 @@ def read_exr(path):
 def parse_exr(path, data):
     """`read_exr` of bytes; `path` is how messages call them."""
     _header(path, data)
+    complaints = io.StringIO()
     try:
-        parts = OpenEXR.File(io.BytesIO(data), num_threads=THREADS).parts
-        return {part.name() or "": _pixels(part.channels) for part in parts}
+        # Damaged lines do not raise: the binding prints a warning and leaves their pixels as they are.
+        with contextlib.redirect_stdout(complaints):
+            parts = OpenEXR.File(io.BytesIO(data), num_threads=THREADS).parts
+        pictures = {part.name() or "": _pixels(part.channels) for part in parts}
     except Exception as error:  # the binding raises RuntimeError and its own kinds
         raise _damaged(path, error) from None
+    if complaints.getvalue():
+        raise _damaged(path, complaints.getvalue())
+    return pictures
 
 
 def _header(path, data):

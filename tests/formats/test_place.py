@@ -1,0 +1,156 @@
+"""Folders appear complete or not at all, whatever happens meanwhile."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from bakery.errors import InputError
+from bakery.formats import place
+from bakery.formats.work import Work, key_of, work_folder
+
+MAKE = """
+import sys, time
+from pathlib import Path
+from bakery.formats.place import staged
+with staged(Path(sys.argv[1]), True) as folder:
+    (folder / "avatar.json").write_text(sys.argv[2])
+    (folder / "big").write_text("x" * 1000)
+    print("ready", flush=True)
+    time.sleep(float(sys.argv[3]))
+"""
+
+
+def make(target, text="new", overwrite=False):
+    with place.staged(target, overwrite) as folder:
+        (folder / "avatar.json").write_text(text)
+        (folder / "web").mkdir()
+
+
+def test_a_bundle_appears_and_is_replaced(tmp_path):
+    target = tmp_path / "a b\n.avatar"
+    make(target, "old")
+    assert (target / "avatar.json").read_text() == "old"
+    with pytest.raises(InputError, match="--overwrite"):
+        make(target)
+    make(target, "new", overwrite=True)
+    assert (target / "avatar.json").read_text() == "new"
+    assert os.listdir(tmp_path) == [target.name]
+
+
+def test_failure_leaves_the_old_one(tmp_path):
+    target = tmp_path / "a.avatar"
+    make(target, "old")
+    with pytest.raises(ZeroDivisionError), place.staged(target, True) as folder:
+        (folder / "avatar.json").write_text("half")
+        raise ZeroDivisionError
+    assert (target / "avatar.json").read_text() == "old"
+    assert os.listdir(tmp_path) == ["a.avatar"]
+
+
+def test_other_folders_are_left_alone(tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "letter.txt").write_text("dear")
+    (tmp_path / "file").write_text("x")
+    (tmp_path / "link").symlink_to(tmp_path / "mine")
+    for name in ("mine", "file", "link"):
+        with pytest.raises(InputError, match="another name"):
+            make(tmp_path / name, overwrite=True)
+    assert (tmp_path / "mine" / "letter.txt").exists()
+
+
+def start(target, text, seconds):
+    process = subprocess.Popen(
+        [sys.executable, "-c", MAKE, str(target), text, str(seconds)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    process.stdout.readline()
+    return process
+
+
+def test_kill_leaves_the_old_one_and_the_next_run_cleans_up(tmp_path):
+    target = tmp_path / "a.avatar"
+    make(target, "old")
+    process = start(target, "killed", 60)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert len(os.listdir(tmp_path)) == 2 and (target / "avatar.json").read_text() == "old"
+    make(target, "new", overwrite=True)
+    assert os.listdir(tmp_path) == ["a.avatar"]
+
+
+def test_two_at_once_give_one_whole_bundle(tmp_path):
+    target = tmp_path / "a.avatar"
+    both = [start(target, text, 0.3) for text in ("one", "two")]
+    assert [process.wait() for process in both] == [0, 0]
+    assert (target / "avatar.json").read_text() in ("one", "two")
+    assert (target / "big").exists() and os.listdir(tmp_path) == ["a.avatar"]
+
+
+def test_without_exchange_a_killed_swap_is_undone(tmp_path, monkeypatch):
+    """Where the system cannot exchange folders, the old one is put back by the next run."""
+    target = tmp_path / "a.avatar"
+    make(target, "old")
+    hidden = tmp_path / (place.prefix(target) + "xyz")
+    hidden.mkdir()
+    (hidden / "lock").touch()
+    shutil.move(target, hidden / "old")
+    place.clean(target)
+    assert (target / "avatar.json").read_text() == "old"
+    monkeypatch.setattr(place, "_exchange", lambda one, other: False)
+    make(target, "new", overwrite=True)
+    assert (target / "avatar.json").read_text() == "new" and os.listdir(tmp_path) == ["a.avatar"]
+
+
+def test_read_only_place_is_one_line(tmp_path, monkeypatch):
+    def refuse(*arguments, **options):
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr(place.tempfile, "mkdtemp", refuse)
+    with pytest.raises(InputError, match="Read-only file system.*another disk"):
+        make(tmp_path / "a.avatar")
+
+
+def test_work_entries_are_known_by_key_and_hash(tmp_path):
+    with work_folder(tmp_path / "a.avatar") as work:
+        calls = []
+
+        def step(key):
+            return work.step("x", key, lambda: calls.append(key) or b"data", bytes.decode)
+
+        assert step("one") == step("one") == "data" and calls == ["one"]
+        step("two")
+        assert calls == ["one", "two"]
+        (work.folder / "x").write_bytes(b"dama")
+        step("two")
+        (work.folder / "x.key").write_bytes(b"{")
+        step("two")
+        assert calls == ["one", "two", "two", "two"]
+        with work_folder(tmp_path / "a.avatar") as other:  # at once: not shared
+            assert other.folder != work.folder
+    assert os.listdir(tmp_path) == []
+
+
+def test_work_stays_after_a_failure_or_where_asked(tmp_path):
+    with pytest.raises(ZeroDivisionError), work_folder(tmp_path / "a.avatar") as work:
+        work.put("x", "key", b"data")
+        raise ZeroDivisionError
+    with work_folder(tmp_path / "a.avatar") as work:
+        assert work.get("x", "key") == b"data"
+    with work_folder(tmp_path / "a.avatar", tmp_path / "kept") as work:
+        work.put("x", "key", b"data")
+    assert Work(tmp_path / "kept").get("x", "key") == b"data"
+    (tmp_path / "file").touch()
+    with (
+        pytest.raises(InputError, match="no folder"),
+        work_folder(tmp_path / "b", tmp_path / "file"),
+    ):
+        pass
+
+
+def test_keys_differ():
+    assert key_of(1, {"a": 2}) == key_of(1, {"a": 2}) != key_of(1, {"a": 3})
