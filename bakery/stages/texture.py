@@ -176,6 +176,16 @@ def key_textures(subject, generator, fit, targets, options):
         yield (subject.texture * np.exp(ratio) * (1 - alpha) + color * alpha).astype(np.float16)
 
 
+def with_own_gaze(directions, gaze):
+    """The directions [n, 2] with the nearest one moved to the photo's own gaze [2].
+
+    So one texture shows the eyes just as they were photographed.
+    """
+    out = np.array(directions, float)
+    out[((out - gaze) ** 2).sum(1).argmin()] = gaze
+    return out
+
+
 def bake(photo, landmarks, fit, neutral, head, skin_mask, generator, targets, options, progress=None):
     """Paint every texture of the avatar.
 
@@ -203,8 +213,8 @@ def bake(photo, landmarks, fit, neutral, head, skin_mask, generator, targets, op
         say(f"key {name}")
         keys.append(texture)
     camera = face_camera(fit, head, neutral)
-    gaze = []
-    for texture in gaze_textures(subject, generator, camera, targets.gaze, options.resolution):
+    gaze, directions = [], with_own_gaze(targets.gaze, fit.gaze)
+    for texture in gaze_textures(subject, generator, camera, directions, options.resolution):
         say("gaze")
         gaze.append(texture.astype(np.float16))
     poses = targets.mouths[: options.mouths]
@@ -220,7 +230,7 @@ def bake(photo, landmarks, fit, neutral, head, skin_mask, generator, targets, op
         source=source,
         facing=facing.astype(np.float16),
         gaze=np.stack(gaze),
-        gaze_directions=targets.gaze,
+        gaze_directions=directions,
         mouths=np.stack(mouths),
         mouth_landmarks=np.stack([mouth_landmarks(head, neutral, pose) for pose in poses]),
         mouth_weights=poses,

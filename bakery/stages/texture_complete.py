@@ -24,7 +24,7 @@ OVAL = (
 )  # fmt: skip
 OBSERVED, MIRRORED, INFERRED, PAINTED = 1, 2, 3, 4  # codes of coverage.exr; 0 is outside all charts
 SKIN = ("skin",)
-FAR_TONE = 0.001  # how strongly unseen skin leans to the median of the face, against its borders
+FAR_TONE = 0.003  # how strongly unseen skin leans to the median of the face, against its borders
 GRAIN_WAVELENGTHS = (0.9, 1.8, 3.6)  # mm; pores to small blotches
 
 
@@ -109,7 +109,8 @@ def complete_skin(linear, skin_mask, points, fit, head, vertices, atlas):
     """
     rows = np.flatnonzero(atlas.rows(*SKIN))
     view = make_view(vertices, head, fit.camera)
-    pixels, weight = see(atlas, rows, view)
+    # There is no second view that could know better, so even slanting skin counts.
+    pixels, weight = see(atlas, rows, view, grazing=86.0, full=70.0)
     _, turned = see(atlas, rows, view, grazing=89.5, full=80.0)
     weight = np.maximum(weight, turned * bilinear(rims(points, linear.shape[:2]), pixels))
     weight *= smoothstep(0.5, 0.95, bilinear(open_lids(skin_mask, points), pixels))

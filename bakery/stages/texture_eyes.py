@@ -50,10 +50,11 @@ def _one_eye(linear, points, fit, vertices, head, eye, shade, skin_tone):
     iris_mm = float(np.clip(iris_pixels * (distance - radius) / camera.focal, *IRIS_MM))
     iris_angle = np.degrees(np.arcsin(min(iris_mm / radius, 0.7)))
 
-    # The axis is the landmark iris centre, seen from the camera, met on the ball: surer than the
-    # fitted gaze, which averages both eyes.
-    axis = _axis(iris[0], center, radius, camera)
-    turn = _turn_to(axis)
+    # The map turns with the fitted gaze, which both eyes share. Each iris keeps the place that its
+    # own landmarks give it, a few degrees off the middle: eyes converge, and no ball fits exactly.
+    turn = rotation.yaw_pitch(*fit.gaze)
+    axis = turn.T @ _axis(iris[0], center, radius, camera)
+    aim = _turn_to(axis)
     directions = directions_of_map(MAP)
     pixels = project(center + radius * (directions @ turn.T), camera).astype(np.float32)
     facing = _facing(directions @ turn.T, center, camera)
@@ -70,7 +71,7 @@ def _one_eye(linear, points, fit, vertices, head, eye, shade, skin_tone):
     light = np.maximum(bilinear(shade, pixels), 0.3)[..., None]
     color = bilinear(linear, pixels) / light
 
-    angle = np.degrees(np.arccos(np.clip(directions[..., 2], -1, 1)))
+    angle = np.degrees(np.arccos(np.clip(directions @ axis, -1, 1)))
     sclera = _sclera(color, weight, angle, iris_angle, skin_tone)
     model = _model(color, weight, angle, iris_angle, sclera)
     excess = (color - model) @ LUMA
@@ -85,7 +86,9 @@ def _one_eye(linear, points, fit, vertices, head, eye, shade, skin_tone):
 
     # Detail over the radial model, mirrored top to bottom under the upper lid.
     detail = np.clip(np.log(np.maximum(color, 1e-3) / np.maximum(model, 1e-3)), -0.8, 0.8)
-    flipped, flipped_weight = detail[::-1], clean[::-1] * (angle < iris_angle)
+    mirror = to_map(((directions @ aim) * [1, -1, 1]) @ aim.T, MAP)
+    flipped = bilinear(np.ascontiguousarray(detail, np.float32), mirror)
+    flipped_weight = bilinear(np.ascontiguousarray(clean, np.float32), mirror) * (angle < iris_angle)
     known = clean + (1 - clean) * flipped_weight
     joined = (detail * clean[..., None] + flipped * ((1 - clean) * flipped_weight)[..., None]) / (
         np.maximum(known, 1e-4)[..., None]
