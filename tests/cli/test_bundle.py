@@ -1,0 +1,189 @@
+"""A baked bundle: whole, private, reproducible; every kind of damage is found."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from bakery.formats import bundle as files
+from bakery.formats.validate import problems
+from bakery.steps import open_avatar
+
+SMALL = ["--preset", "small", "--set", "texture.mouths=3", "--set", "texture.views=[0.0]"]
+
+
+@pytest.fixture
+def copy(bundle, tmp_path):
+    return shutil.copytree(bundle, tmp_path / "copy.avatar")
+
+
+def test_it_is_whole(bundle, bakery):
+    assert problems(bundle) == []
+    done = bakery("validate", bundle, "--json")
+    assert done.returncode == 0 and json.loads(done.stdout)["valid"]
+    manifest = files.read_manifest(bundle)
+    assert len(manifest["keys"]) == 6 and len(manifest["gaze"]["parts"]) == 20
+    assert len(manifest["lods"]) == 4 and len(manifest["channels"]) == 52
+
+
+def test_head_passes_khronos_validator(bundle):
+    import subprocess
+    from pathlib import Path
+
+    validator = Path(__file__).resolve().parents[2] / "node_modules" / "gltf-validator"
+    if not validator.exists():
+        pytest.skip("needs `npm install gltf-validator` in the checkout")
+    script = (
+        "require(process.argv[1]).validateBytes(new Uint8Array(require('fs').readFileSync("
+        "process.argv[2]))).then(r => console.log(r.issues.numErrors))"
+    )
+    done = subprocess.run(
+        ["node", "-e", script, str(validator), str(bundle / "head.glb")],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout.strip() == "0"
+
+
+def test_nothing_private_is_in_it(bundle, portrait):
+    """No path, name of the photo, user or time; the text of every file is searched."""
+    for path in bundle.rglob("*"):
+        if path.is_file():
+            data = path.read_bytes()
+            for word in (b"painted.png", str(portrait[0].parent).encode(), b"Exif\0", b"DateTime"):
+                assert word not in data, (path.name, word)
+
+
+def test_avatar_comes_back(bundle):
+    avatar = open_avatar(bundle)
+    assert avatar.textures.neutral.shape == (512, 512, 3)
+    assert avatar.masks.shape == (52, 256, 256)
+    assert avatar.photo.shape == (480, 400, 3)
+    assert np.isfinite(avatar.textures.neutral.astype(np.float32)).all()
+
+
+def damage(name):
+    def change(folder):
+        path = folder / name
+        data = bytearray(path.read_bytes())
+        data[len(data) // 2] ^= 1
+        path.write_bytes(data)
+
+    return change
+
+
+def edit(change):
+    def apply(folder):
+        manifest = json.loads((folder / "avatar.json").read_text())
+        change(manifest)
+        (folder / "avatar.json").write_text(json.dumps(manifest))
+
+    return apply
+
+
+def link(folder):
+    (folder / "face.exr").rename(folder.parent / "elsewhere.exr")
+    (folder / "face.exr").symlink_to(folder.parent / "elsewhere.exr")
+
+
+CASES = {
+    "bit": (damage("mouth.exr"), "mouth.exr: its SHA-256"),
+    "cut": (lambda f: (f / "head.glb").write_bytes(b"glTF"), "head.glb: 4 bytes"),
+    "missing": (lambda f: (f / "masks.exr").unlink(), "masks.exr: missing"),
+    "extra": (lambda f: (f / "web" / "virus.exe").touch(), "virus.exe'.*: not in the list"),
+    "link": (link, "face.exr: a link"),
+    "no manifest": (lambda f: (f / "avatar.json").unlink(), "avatar.json: No such file"),
+    "no json": (lambda f: (f / "avatar.json").write_text("{"), "avatar.json: not valid JSON"),
+    "deep json": (lambda f: (f / "avatar.json").write_text("[" * 99999), "not valid JSON"),
+    "no keys": (edit(lambda m: m.pop("keys")), "'keys' is a required property"),
+    "traversal": (edit(lambda m: m["files"][0].update(path="../x")), "does not match"),
+    "absolute": (edit(lambda m: m["files"][0].update(path="/etc/passwd")), "does not match"),
+    "weight": (
+        edit(lambda m: m["keys"][0]["weights"].update(jawOpen=3)),
+        "greater than the maximum",
+    ),
+    "order": (edit(lambda m: m["expressions"].reverse()), "not the 52 ARKit names in order"),
+    "gaze": (edit(lambda m: m["gaze"]["directions"].pop()), "directions differ"),
+    "uv": (edit(lambda m: m["uv"].update(mouth_sheet=[0.9, 0, 0.5, 0.1])), "out of the atlas"),
+    "part": (edit(lambda m: m["keys"][0].update(part="nose")), "lacks part 'nose'"),
+    "camera": (edit(lambda m: m["fit"]["camera"].update(focal=-1)), "focal length"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_damage_is_found(copy, case):
+    import re
+
+    change, message = CASES[case]
+    change(copy)
+    found = problems(copy)
+    assert any(re.search(message, line) for line in found), found
+    assert not any("\n" in line for line in found)
+
+
+def test_validate_and_readers_refuse_damage_in_one_line(copy, bakery, tmp_path):
+    damage("face.exr")(copy)
+    done = bakery("validate", copy)
+    assert done.returncode == 1 and "SHA-256" in done.stdout and "problem" in done.stderr
+    done = bakery("render", copy, "-o", tmp_path / "a.png")
+    assert done.returncode == 1 and len(done.stderr.splitlines()) == 1
+    assert not (tmp_path / "a.png").exists()
+    for command in ("inspect", "validate", "render"):
+        extra = ["-o", tmp_path / "a.png"] if command == "render" else []
+        done = bakery(command, tmp_path / "nowhere", *extra)
+        assert done.returncode == 1 and "Traceback" not in done.stderr
+
+
+def test_two_bakes_and_the_single_steps_give_the_same_bytes(bakery, bundle, portrait, tmp_path):
+    """Another folder, another locale, one step at a time: not a byte differs."""
+    import os
+
+    photo, marks = portrait
+    env = os.environ | {"LC_ALL": "C", "TZ": "Asia/Tokyo"}
+    given = [photo, "--landmarks", marks]
+    fit, textures, masks = (tmp_path / name for name in ("fit.json", "t.npz", "m.npz"))
+    out = tmp_path / "other name.avatar"
+    for command in (
+        ["fit", *given, "-o", fit],
+        ["textures", *given, "--fit", fit, "-o", textures, *SMALL],
+        ["masks", "-o", masks, *SMALL],
+        ["pack", *given, "--fit", fit, "--textures", textures, "--masks", masks, "-o", out,
+         "--keep-photo", *SMALL],
+    ):  # fmt: skip
+        done = bakery(*command, env=env)
+        assert done.returncode == 0, done.stderr
+    mine = {p.relative_to(bundle): p.read_bytes() for p in bundle.rglob("*") if p.is_file()}
+    others = {p.relative_to(out): p.read_bytes() for p in out.rglob("*") if p.is_file()}
+    assert mine.keys() == others.keys()
+    assert [str(name) for name in mine if mine[name] != others[name]] == []
+
+
+def test_inspect(bundle, bakery):
+    table = json.loads(bakery("inspect", bundle, "--json").stdout)
+    assert table["resolution"] == 512 and table["gaze"] == 20
+    assert "coverage" in bakery("inspect", bundle).stdout
+
+
+def test_render(bundle, bakery, tmp_path, portrait):
+    import cv2
+
+    fit = tmp_path / "fit.json"
+    assert bakery("fit", portrait[0], "--landmarks", portrait[1], "-o", fit).returncode == 0
+    for options, size in (
+        (
+            ["--weights", "jawOpen=0.6,mouthSmileLeft=0.8", "--gaze", "10,-5", "--size", "96"],
+            (96, 96),
+        ),
+        (["--view", "-30,10", "--size", "64", "--textures", "static"], (64, 64)),
+        (["--view", "photo", "--mask", tmp_path / "m.png"], (480, 400)),
+        (["--fit", fit], (480, 400)),
+    ):
+        done = bakery("render", bundle, "-o", tmp_path / "a.png", *options)
+        assert done.returncode == 0, done.stderr
+        assert cv2.imread(str(tmp_path / "a.png")).shape[:2] == size
+    mask = cv2.imread(str(tmp_path / "m.png"), cv2.IMREAD_UNCHANGED)
+    assert mask.shape == (480, 400) and 0.1 < (mask > 127).mean() < 0.8
+    for wrong in (["--weights", "smile=1"], ["--weights", "jawOpen"], ["--gaze", "left"],
+                  ["--view", "top"], ["--weights", "jawOpen=9"]):  # fmt: skip
+        done = bakery("render", bundle, "-o", tmp_path / "b.png", *wrong)
+        assert done.returncode == 1 and len(done.stderr.splitlines()) == 1, done.stderr

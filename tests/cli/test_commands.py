@@ -1,0 +1,144 @@
+"""The commands at their edges: names, exit codes, what is on stdout and stderr."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+
+def test_help_is_quick():
+    quickest = 9.0
+    for _ in range(5):
+        start = time.perf_counter()
+        subprocess.run([sys.executable, "-m", "bakery", "--help"], capture_output=True, check=True)
+        quickest = min(quickest, time.perf_counter() - start)
+    assert quickest < 0.4  # 0.06 s on an idle machine; the limit of the project is 0.20
+
+
+def test_every_command_has_help(bakery):
+    from bakery.cli.main import COMMANDS
+
+    for name in COMMANDS:
+        done = bakery(name, "--help")
+        assert done.returncode == 0 and "Usage" in done.stdout, name
+
+
+def test_exit_codes(bakery, tmp_path):
+    assert bakery("nonsense").returncode == 2
+    assert bakery("build").returncode == 2
+    done = bakery("build", tmp_path / "no\nphoto.jpg", "-o", tmp_path / "a.avatar")
+    assert done.returncode == 1 and done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1 and "no such file" in done.stderr
+
+
+def test_bad_photo_is_refused_at_once(bakery, tmp_path):
+    (tmp_path / "a.jpg").write_bytes(b"\xff\xd8\xff" + bytes(99))
+    for command in ("build", "detect", "fit"):
+        start = time.perf_counter()
+        done = bakery(command, tmp_path / "a.jpg", "-o", tmp_path / "out")
+        assert time.perf_counter() - start < 3  # 0.3 s on an idle machine
+        assert done.returncode == 1 and len(done.stderr.splitlines()) == 1, done.stderr
+    assert os.listdir(tmp_path) == ["a.jpg"]
+
+
+@pytest.fixture
+def odd(tmp_path, portrait):
+    """The painted portrait under a name with everything in it."""
+    name = "-a b\n\u0444 'x'$#"
+    shutil.copy(portrait[0], tmp_path / f"{name}.png")
+    shutil.copy(portrait[1], tmp_path / f"{name}.json")
+    return tmp_path, name
+
+
+def test_odd_names(bakery, odd):
+    folder, name = odd
+    done = bakery(
+        "fit", "--landmarks", f"./{name}.json", "-o", "out", "--", f"{name}.png", cwd=folder
+    )
+    assert done.returncode == 0, done.stderr
+    assert (folder / "out" / f"{name}.json").exists()
+
+
+def test_fit_many_in_one_process(bakery, portrait, tmp_path):
+    photo, marks = portrait
+    photos, points = tmp_path / "photos", tmp_path / "points"
+    photos.mkdir(), points.mkdir()
+    for name in ("one", "two"):
+        shutil.copy(photo, photos / f"{name}.png")
+        shutil.copy(marks, points / f"{name}.json")
+    (photos / "bad.png").write_bytes(b"x")
+    every = sorted(photos.iterdir())
+    done = bakery("fit", *every, "--landmarks", points, "-o", tmp_path / "fits")
+    assert done.returncode == 1 and "bad.png" in done.stderr
+    assert sorted(os.listdir(tmp_path / "fits")) == ["one.json", "two.json"]
+    table = json.loads((tmp_path / "fits" / "one.json").read_text())
+    assert {"head", "camera", "identity", "expression", "gaze", "light", "landmarks_projected",
+            "seconds"} <= set(table)  # fmt: skip
+    assert len(table["expression"]) == 52 and table["seconds"] > 0
+    done = bakery("fit", every[1], "--landmarks", points, "-o", tmp_path / "fits")
+    assert done.returncode == 1 and "--overwrite" in done.stderr
+    done = bakery("fit", every[1], "--landmarks", points, "-o", "-")
+    assert json.loads(done.stdout)["head"] == table["head"]
+    assert bakery("fit", *every, "-o", tmp_path / "one.json").returncode == 2
+
+
+def test_landmarks_of_another_photo(bakery, portrait, tmp_path):
+    photo, marks = portrait
+    table = json.loads(marks.read_text())
+    table["image"]["width"] += 1
+    (tmp_path / "l.json").write_text(json.dumps(table))
+    done = bakery("fit", photo, "--landmarks", tmp_path / "l.json", "-o", "-")
+    assert done.returncode == 1 and "detect again" in done.stderr
+    table["image"]["width"] -= 1
+    table["faces"] *= 2
+    (tmp_path / "l.json").write_text(json.dumps(table))
+    done = bakery("fit", photo, "--landmarks", tmp_path / "l.json", "-o", "-")
+    assert done.returncode == 1 and "--face N" in done.stderr
+    done = bakery("fit", photo, "--landmarks", tmp_path / "l.json", "--face", "2", "-o", "-")
+    assert done.returncode == 0
+    done = bakery("fit", photo, "--landmarks", tmp_path / "l.json", "--face", "3", "-o", "-")
+    assert done.returncode == 1 and "lower --face" in done.stderr
+
+
+def test_frame_needs_no_number():
+    from bakery.cli.options import _plain_frames
+
+    assert list(_plain_frames(["--frame", "a.gif"])) == ["--frame=0", "a.gif"]
+    assert list(_plain_frames(["--frame", "3", "a.gif"])) == ["--frame=3", "a.gif"]
+    assert list(_plain_frames(["--", "--frame"])) == ["--", "--frame"]
+
+
+def test_dry_run_writes_nothing(bakery, portrait, tmp_path):
+    photo, marks = portrait
+    done = bakery("build", photo, "--landmarks", marks, "-o", tmp_path / "a.avatar", "-n")
+    assert done.returncode == 0 and "texture.resolution = 1024" in done.stdout
+    assert os.listdir(tmp_path) == []
+    done = bakery("build", photo, "-o", tmp_path / "a", "-n", "--set", "texture.size=3")
+    assert done.returncode == 1 and "unknown size; known" in done.stderr
+    done = bakery("build", photo, "-o", tmp_path / "a", "-n", "--preset", "nothing")
+    assert done.returncode == 1 and "known: default" in done.stderr
+
+
+def test_interrupt_ends_with_130_and_goes_on(bakery, portrait, tmp_path):
+    photo, marks = portrait
+    out = tmp_path / "a.avatar"
+    command = ["build", photo, "--landmarks", marks, "-o", out, "--preset", "small"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "bakery", *map(str, command)], stderr=subprocess.PIPE, text=True
+    )
+    for _ in range(600):
+        time.sleep(0.1)
+        if list(tmp_path.glob(".bakery-*-work/fit.json.key")):
+            break
+    process.send_signal(signal.SIGINT)
+    assert process.wait(60) == 130 and not out.exists()
+    assert "interrupted" in process.stderr.read()
+    (kept,) = tmp_path.glob(".bakery-*-work")
+    assert {"landmarks.json", "fit.json"} <= set(os.listdir(kept))
+    done = bakery("-v", *command, "-n")
+    assert done.returncode == 0
