@@ -54,7 +54,7 @@ class Chart:
     height: int  # pixels
     density: float  # pixels a mm
     landmarks: np.ndarray  # [L, 3] mm on the mean head
-    ear: np.ndarray  # [3] outermost point of the left ear, mm
+    ear: np.ndarray  # [4] the left ear on the map: left, right, bottom, top, mm
     crown: float  # y of the top of the head, mm
     grids: dict = field(default_factory=dict, compare=False)
 
@@ -128,7 +128,11 @@ def chart_of(head, density=4.0):
     crown = skin[skin[:, 1] > 20]
     axis = float((crown[:, 2].min() + crown[:, 2].max()) / 2)
     side = skin[(skin[:, 1] > -70) & (skin[:, 1] < 40)]
-    ear = side[side[:, 0].argmax()]
+    tip = side[side[:, 0].argmax()]
+    above = skin[(skin[:, 1] > tip[1] + 22) & (skin[:, 1] < tip[1] + 45)]
+    ear = side[(side[:, 0] > above[:, 0].max() + 2.5) & (side[:, 2] < axis + 25)]
+    across = np.arctan2(ear[:, 0], ear[:, 2] - axis) * RADIUS
+    box = np.array([across.min(), across.max(), ear[:, 1].min(), ear[:, 1].max()])
     top, bottom = float(skin[:, 1].max()) + 5, float(skin[:, 1].min()) - 5
     return Chart(
         axis=axis,
@@ -137,7 +141,7 @@ def chart_of(head, density=4.0):
         height=int((top - bottom) * density),
         density=density,
         landmarks=head.landmarks(head.mean),
-        ear=ear,
+        ear=box,
         crown=top - 5,
     )
 

@@ -79,7 +79,7 @@ def lashes(head, subject, vertices, share=1.0):
     sets = []
     for side in SIDES:
         s, center = SIGN[side], centers[0 if side == "left" else 1]
-        for ring, number, length in ((LID_UPPER, 105, 8.0), (LID_LOWER, 60, 4.6)):
+        for ring, number, length in ((LID_UPPER, 150, 8.0), (LID_LOWER, 70, 4.4)):
             upper = ring is LID_UPPER
             path = spline(marks[list(ring[side])], 200)
             count = max(12, int(number * min(1, share * 1.5)))
@@ -99,12 +99,12 @@ def lashes(head, subject, vertices, share=1.0):
                 curl = np.array([0, 0.12, 0.35])
                 bend = 0.25
             points = root[:, None] + size[:, None, None] * (first[:, None] * (t - 0.25 * t * t) + curl * bend * t * t)
-            dark = np.clip(hair_color(subject) * 0.25, 0.004, 0.05)
+            dark = np.clip(hair_color(subject) * 0.15, 0.003, 0.03)
             color = np.repeat(dark[None], count, 0) * rng.uniform(0.6, 1.4, (count, 1))
             width = rng.uniform(0.075, 0.115, count) * (1.0 if upper else 0.65)
             sets.append(
                 Strands(
-                    points.astype(np.float32), width, color, outward, 0.25, 0.9 if upper else 0.55, "lash", 0.85
+                    points.astype(np.float32), width, color, outward, 0.04, 0.95 if upper else 0.6, "lash", 0.85
                 )
             )
     return sets

@@ -28,12 +28,18 @@ def _profile(skin, center):
     radius = np.hypot(skin[:, 0], skin[:, 2] - center)
     column = np.round((angle / (2 * np.pi) + 0.5) * AROUND).astype(int) % AROUND
     out = np.zeros((len(levels), AROUND))
-    for row, y in enumerate(levels):
-        near = np.abs(skin[:, 1] - y) < 7
+    columns = np.arange(AROUND)
+    for row, y in reversed(list(enumerate(levels))):
+        near = np.abs(skin[:, 1] - y) < 5
         np.maximum.at(out[row], column[near], radius[near])
-    for _ in range(10):
-        wide = np.maximum(np.roll(out, 1, 1), np.roll(out, -1, 1))
-        out = np.where(out > 0, out, wide)
+        known = np.flatnonzero(out[row])
+        above = out[min(row + 1, len(levels) - 1)]
+        if len(known) < 8:
+            out[row] = above
+            continue
+        gap = np.abs((columns[:, None] - known[None] + AROUND // 2) % AROUND - AROUND // 2).min(1)
+        filled = np.interp(columns, known, out[row, known], period=AROUND)
+        out[row] = np.where(gap <= 5, np.maximum(filled, 0), above)
     return out, levels
 
 
@@ -52,7 +58,7 @@ def make_garment(head, subject, neutral):
 
     angle = (np.arange(AROUND) / AROUND - 0.5) * 2 * np.pi
     front = np.cos(angle)
-    high = {"crew": 32.0, "collar": 40.0, "turtleneck": 56.0}[subject.clothes]
+    high = {"crew": 32.0, "collar": 36.0, "turtleneck": 56.0}[subject.clothes]
     line = bottom + high + 20 * (1 - front) / 2 + 20 * np.sin(angle) ** 2
     if subject.clothes == "collar":
         line = line - 16 * smoothstep(0.45, 0.0, np.abs(angle))
@@ -73,7 +79,7 @@ def make_garment(head, subject, neutral):
             np.abs(np.sin(angle) / out_x) ** 2.3 + np.abs(front / out_z) ** 2.3, 1 / 2.3
         )
         under = np.stack([np.interp(v, levels, profile[:, k]) for k, v in enumerate(y)])
-        under = np.where(y < bottom, 0, under)
+        under = np.max([np.roll(under, k) for k in range(-3, 4)], 0)
         kernel = np.hanning(13) / np.hanning(13).sum()
         under = np.convolve(np.concatenate([under[-6:], under, under[:6]]), kernel, "valid")
         tight = under + 3.5
@@ -119,8 +125,8 @@ def _collar(rows, line, angle, outward):
     count = 14
     away = np.abs(angle)
     gap = smoothstep(0.10, 0.24, away)
-    long = 40 + 26 * np.exp(-(((away - 0.42) / 0.34) ** 2))
-    top = rows[0] + [0, 13.0, 0] - outward * 1.0
+    long = 20 + 36 * np.exp(-(((away - 0.40) / 0.36) ** 2))
+    top = rows[0] + [0, 13.0, 0] - outward * 5.0
     out = []
     for s in np.linspace(0, 1, count):
         roll = np.sin(np.pi * min(s * 5, 1)) * 2.5
@@ -149,7 +155,7 @@ def _hidden(head, neutral, angle, line, center):
     """Faces [F] of the head that lie well below the neck line."""
     where = np.arctan2(neutral[:, 0], neutral[:, 2] - center)
     edge = np.interp(where, angle, line, period=2 * np.pi)
-    below = neutral[:, 1] < edge - 9
+    below = neutral[:, 1] < edge - 12 - 18 * np.clip(np.cos(where), 0, 1)
     return below[head.faces].all(1)
 
 

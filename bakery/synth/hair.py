@@ -8,8 +8,8 @@ from bakery.synth.strands import Strands
 from bakery.synth.subject import HAIR_COLORS
 
 COUNT = {
-    "crop": 52000, "side_part": 60000, "thinning": 30000, "curly": 60000,
-    "bob": 62000, "pulled_back": 62000, "bald": 22000,
+    "crop": 95000, "side_part": 110000, "thinning": 45000, "curly": 90000,
+    "bob": 110000, "pulled_back": 110000, "bald": 26000,
 }  # fmt: skip
 
 
@@ -93,8 +93,10 @@ def _grow(field, first, pull, length, knots, lift, stiff=0.6, clearance=0.4, wav
             turn = np.sin(phase + share * length[:, None] / 9.0)
             target = target + wave * turn * np.cross(target, field.out)
         height, outward = field.skull.height(point)
-        near = np.clip((lift * min(1, 2.2 * share) + clearance - height) / 4.0, -1, 1)[:, None]
-        heading = _unit(heading * stiff + _unit(target) * (1 - stiff) + outward * np.clip(near, -cling, 1) * 0.9)
+        upper = np.clip((point[:, 1] + 12) / 40, 0, 1)  # further down, hair hangs
+        near = (lift * min(1, 2.2 * share) * upper + clearance - height) / 4.0
+        near, hold = np.clip(near, -1, 1)[:, None], cling * upper[:, None]
+        heading = _unit(heading * stiff + _unit(target) * (1 - stiff) + outward * np.clip(near, -hold, 1) * 0.9)
         point = point + heading * step
         height, outward = field.skull.height(point)
         inside = np.clip(clearance - height, 0, None)
@@ -184,10 +186,11 @@ def _bob(f):
     across = np.where(f.rest[:, :1] - at > 0, 1.0, -1.0)
     chin = f.chart.spot(152)[1]
     side = np.clip(np.abs(f.rest[:, :1]) / 70, 0, 1)
-    toward = f.left * across * (1.0 - 0.6 * side) + f.back * (0.55 - 0.25 * side) + f.down * 0.35 * side
+    face = np.clip((f.rest[:, 2:] - f.chart.axis) / 80, 0, 1)
+    toward = f.left * across * (1.0 - 0.6 * side) + f.back * (0.6 - 0.4 * face) + f.down * 0.45 * side
     length = np.clip(f.root[:, 1] - (chin - 6), 30, None) * 1.02 + 34 * f.top[:, 0]
     length *= f.rng.uniform(0.90, 1.03, f.count)
-    first = _tangent(toward, f.out) * 0.8 + f.normal * 0.5 + f.jitter(0.05)
+    first = _tangent(toward, f.out) * 0.9 + f.normal * 0.22 + f.jitter(0.04)
     lift = 2 + 9 * f.rng.beta(1.6, 1.4, f.count)
 
     def pull(p, t):
@@ -197,7 +200,7 @@ def _bob(f):
         lie = _tangent(toward + f.down * 0.9 * (1 - f.top), outward)
         return lie * (1 - fall) + f.down * fall * 1.3 + f.locks * 0.07 + inward
 
-    points = _grow(f, first, pull, length, 26, lift, 0.72, clearance=1.0, wave=0.05, cling=0.05)
+    points = _grow(f, first, pull, length, 26, lift, 0.72, clearance=1.0, wave=0.05, cling=0.5)
     return _clump(points, f.rng, 90, 0.5, 26)
 
 
@@ -248,7 +251,7 @@ def grow_scalp(head, chart, subject, mask, neutral, share=1.0):
     skull = Skull(head, chart, neutral)
     field = _Field(head, chart, subject, mask, neutral, skull, rng, share)
     points = STYLES[subject.hair](field).astype(np.float32)
-    width = rng.uniform(0.065, 0.10, field.count) / np.sqrt(share) * (0.6 + 0.4 * field.density)
+    width = rng.uniform(0.07, 0.105, field.count) / np.sqrt(share) * (0.6 + 0.4 * field.density)
     color = strand_colors(subject, field.count, rng, field.rest)
     gloss = {"curly": 0.45, "bald": 0.3, "thinning": 0.8}.get(subject.hair, 1.0)
     outward = _unit(points[:, points.shape[1] // 2] - skull.center)

@@ -12,30 +12,32 @@ def scalp_mask(chart, subject):
     """Density [H, W] 0..1 of hair on the scalp: the hairline around face and ears, uneven."""
     rng = subject.rng("hairline")
     spot, back = chart.spot, subject.hairline
-    ear = chart.flat(chart.ear)
+    front, behind, low, high = chart.ear
     top = spot(10)[1]
-    brow = spot(293)[1]
+    brow, eye = spot(293)[1], spot(263)[1]
+    end = np.pi * RADIUS + 5
     line = np.array(
         [
             [0, top + 9 + 0.35 * back],
             [16, top + 8 + 0.55 * back],
             [32, top + 5 + 1.3 * back],
-            [47, top - 3 + 1.1 * back],
-            [spot(301)[0] + 7, brow + 18 + 0.5 * back],
-            [spot(389)[0] + 4, brow + 4],
-            [spot(356)[0] + 3, spot(263)[1] + 4],
-            [spot(454)[0] - 3, ear[1] + 10],
-            [ear[0] - 20, ear[1] - 3],
-            [ear[0] - 12, ear[1] + 2],
-            [ear[0] - 6, ear[1] + 26],
-            [ear[0] + 8, ear[1] + 37],
-            [ear[0] + 22, ear[1] + 22],
-            [ear[0] + 32, ear[1] - 14],
-            [ear[0] + 44, ear[1] - 42],
-            [np.pi * RADIUS + 5, ear[1] - 62],
+            [48, top - 4 + 1.1 * back],
+            [63, top - 17 + 0.6 * back],
+            [77, brow + 6],
+            [front - 27, brow - 6],
+            [front - 21, eye - 1],
+            [front - 17, eye - 13],
+            [front - 3, eye - 16],
+            [front + 1, high - 1],
+            [front + 12, high + 7],
+            [front + 30, high + 6],
+            [behind + 2, high - 8],
+            [behind + 5, low + 12],
+            [behind + 22, low - 12],
+            [end, low - 18],
         ]
     )
-    top_left = [np.pi * RADIUS + 5, chart.top + 20]
+    top_left = [end, chart.top + 20]
     left = np.concatenate([line, [top_left]])
     ring = np.concatenate([left, left[::-1] * [-1, 1]])
     x = chart.blur(rng.normal(size=(chart.height, chart.width)).astype(np.float32), 2.6)
@@ -54,13 +56,11 @@ def scalp_mask(chart, subject):
 
 def ear_faces(chart, head):
     """True for faces [F] of the ears, where no scalp hair grows."""
-    middle = head.mean[head.faces].mean(1)
-    x, y, z = np.abs(middle[:, 0]), middle[:, 1], middle[:, 2]
-    skin = head.mean[head.part_vertices("skin")]
-    level = skin[(skin[:, 1] > chart.ear[1] + 38) & (skin[:, 1] < chart.ear[1] + 52)]
-    half = np.abs(level[:, 0]).max()
-    near = (np.abs(y - chart.ear[1]) < 38) & (np.abs(z - chart.ear[2]) < 30)
-    return near & (x > half - 3)
+    middle = chart.flat(head.mean[head.faces].mean(1))
+    left, right, bottom, top = chart.ear
+    across = (np.abs(middle[:, 0]) - (left + right) / 2) / ((right - left) / 2 + 2)
+    up = (middle[:, 1] - (bottom + top) / 2) / ((top - bottom) / 2 + 3)
+    return np.abs(across) ** 8 + np.abs(up) ** 8 < 1
 
 
 def sample_roots(head, chart, density, count, rng, avoid=None):

@@ -8,6 +8,7 @@ from bakery.formats.files import write_bytes
 from bakery.formats.image import write_image
 from bakery.formats.record import dump, faces_to_table
 from bakery.heads.base import look, weights
+from bakery.synth.likeness import identity_of
 from bakery.synth.render import dress, paint
 from bakery.synth.scene import EXPRESSIVE, Scene, portrait_camera, studio_light
 from bakery.synth.subject import Subject
@@ -16,8 +17,34 @@ from bakery.types import Landmarks
 WIDTH, HEIGHT = 1024, 1280
 
 
-def _identity(seed, spread, count=60):
-    return (np.random.default_rng(seed).normal(size=count) * spread).astype(np.float32)[:48]
+# What each face looks like, as mm more than the mean head; see `likeness`.
+FACES = {
+    "anna": {
+        "face_width": -3, "jaw_width": -6, "chin_width": -3, "chin_height": -2, "nose_width": -4,
+        "nose_length": -1, "eye_width": 2, "eye_open": 1.3, "brow_height": 1.5, "upper_lip": 0.6,
+        "lower_lip": 1.2, "mouth_width": -1, "lip_gap": -1,
+    },
+    "bela": {
+        "jaw_width": 3, "nose_length": 2, "nose_width": -1, "nose_depth": 2, "brow_height": -1.5,
+        "upper_lip": -0.5, "mouth_width": 2, "chin_height": 2, "eye_width": 1,
+    },
+    "chidi": {
+        "nose_width": 6, "upper_lip": 2, "lower_lip": 2, "mouth_width": 4, "nose_depth": -1,
+        "eye_width": 1.5, "eye_open": 0.5, "jaw_width": -2, "lip_gap": -1,
+    },
+    "dalia": {
+        "nose_width": 1, "upper_lip": 1, "lower_lip": 1.4, "eye_open": 1.2, "eye_width": 2,
+        "jaw_width": -6, "chin_width": -3, "brow_height": 1.5, "chin_height": -2,
+    },
+    "emil": {
+        "nose_length": 4, "nose_width": 3, "upper_lip": -1.6, "lower_lip": -1.4, "lip_gap": 2,
+        "eye_open": -1, "brow_height": -1, "chin_height": 3, "eye_tilt": -1.2, "jaw_width": 2,
+    },
+    "fumiko": {
+        "face_width": 3, "eye_open": -1, "eye_tilt": 1, "nose_length": -2, "nose_width": 2,
+        "bridge_depth": -3, "eye_gap": 2, "jaw_width": -2, "chin_height": -1, "upper_lip": -0.3,
+    },
+}  # fmt: skip
 
 
 def _scene(seed, background, color, expression=None, gaze=(0.0, 0.0), light=None, **camera):
@@ -35,13 +62,13 @@ def _scene(seed, background, color, expression=None, gaze=(0.0, 0.0), light=None
     )
 
 
-def people():
+def people(head):
     """Name -> (Subject, Scene) of every sample."""
     smile = {name: weight * 0.8 for name, weight in EXPRESSIVE["smile"].items()}
     return {
         "anna": (
             Subject(
-                101, _identity(14, 0.7), age=29, melanin=0.28, haemoglobin=1.0, freckles=0.5, lip_color=1.3,
+                101, identity_of(head, FACES["anna"], 101), age=29, melanin=0.28, haemoglobin=1.0, freckles=0.5, lip_color=1.3,
                 iris="green", hair="bob", hair_color="chestnut", part=-1.0, brow_density=0.85,
                 brow_length=0.9, lash_length=1.15, clothes="crew", cloth_color=np.array([0.035, 0.09, 0.085]),
             ),
@@ -49,7 +76,7 @@ def people():
         ),
         "bela": (
             Subject(
-                102, _identity(16, 0.7), age=36, melanin=0.55, stubble=0.55, iris="brown", hair="side_part",
+                102, identity_of(head, FACES["bela"], 102), age=36, melanin=0.55, stubble=0.55, iris="brown", hair="side_part",
                 hair_color="dark brown", hairline=3.0, brow_density=1.15, brow_length=1.1, lash_length=0.85,
                 clothes="collar", cloth_color=np.array([0.42, 0.50, 0.60]),
             ),
@@ -57,7 +84,7 @@ def people():
         ),
         "chidi": (
             Subject(
-                103, _identity(10, 0.7), age=31, melanin=2.5, gloss=1.2, iris="dark brown", hair="curly",
+                103, identity_of(head, FACES["chidi"], 103), age=31, melanin=2.4, gloss=0.9, iris="dark brown", hair="curly",
                 hair_color="black", stubble=0.25, brow_density=1.1, lash_length=0.9, clothes="crew",
                 cloth_color=np.array([0.55, 0.53, 0.48]),
             ),
@@ -65,7 +92,7 @@ def people():
         ),
         "dalia": (
             Subject(
-                104, _identity(24, 0.7), age=27, melanin=1.55, lip_color=1.5, iris="dark brown",
+                104, identity_of(head, FACES["dalia"], 104), age=27, melanin=1.55, lip_color=1.5, iris="dark brown",
                 hair="pulled_back", hair_color="black", brow_density=1.0, brow_length=0.95, lash_length=1.2,
                 clothes="turtleneck", cloth_color=np.array([0.33, 0.07, 0.05]),
             ),
@@ -73,7 +100,7 @@ def people():
         ),
         "emil": (
             Subject(
-                105, _identity(18, 0.7), age=69, melanin=0.22, haemoglobin=1.2, moles=7, iris="blue",
+                105, identity_of(head, FACES["emil"], 105), age=69, melanin=0.22, haemoglobin=1.2, moles=7, iris="blue",
                 hair="thinning", hair_color="grey", grey=0.6, hairline=9.0, brow_density=0.9,
                 brow_length=1.15, lash_length=0.75, clothes="collar",
                 cloth_color=np.array([0.60, 0.60, 0.58]), stubble=0.2,
@@ -82,7 +109,7 @@ def people():
         ),
         "fumiko": (
             Subject(
-                106, _identity(12, 0.7), age=58, melanin=0.62, haemoglobin=0.9, moles=5, iris="dark brown",
+                106, identity_of(head, FACES["fumiko"], 106), age=58, melanin=0.62, haemoglobin=0.9, moles=5, iris="dark brown",
                 hair="bob", hair_color="black", grey=0.35, part=1.0, brow_density=0.7, lash_length=0.9,
                 lip_color=1.15, clothes="crew", cloth_color=np.array([0.16, 0.14, 0.22]),
             ),
@@ -113,7 +140,7 @@ def write(head, folder, names=None, quality=93):
     Yields:
         Path of each picture once it is written.
     """
-    for name, (subject, scene) in people().items():
+    for name, (subject, scene) in people(head).items():
         if names and name not in names:
             continue
         picture = paint(dress(head, subject), scene)

@@ -88,8 +88,8 @@ def _blood(chart, rng):
         out += 0.22 * blob(spot(278 if left else 48), (5, 6))
         lids = np.concatenate([spot(LID_UPPER[side]), spot(LID_LOWER[side])])
         out += 0.20 * blob(lids.mean(0), (17, 9)) + 0.25 * blob(lids[8] + [0, -1], (4, 4))
-        ear = chart.flat(chart.ear * [s, 1, 1])
-        out += 0.45 * blob(ear + [s * 6, 0], (20, 28))
+        ear = [s * chart.ear[:2].mean(), chart.ear[2:].mean()]
+        out += 0.45 * blob(ear, (19, 26))
     x = chart.blur(rng.normal(size=out.shape).astype(np.float32), 9.0)
     return out + 0.10 * x / x.std()
 
@@ -191,7 +191,7 @@ def shade_inputs(chart, maps, subject, points, hair_color):
     bare = skin_color(amount, blood)
     fade = 0.35 + 0.65 / (1 + 0.8 * subject.melanin)
     ruddy = skin_color(
-        amount * 0.55 + 0.22 + 0.16 * subject.melanin,
+        amount * 0.72 + 0.15 + 0.16 * subject.melanin,
         (2.5 + 0.4 * grain + 0.4 * mottle) * (0.7 + 0.4 * subject.lip_color) * (0.6 + 0.4 * fade),
     )
     albedo = bare + (ruddy - bare) * (lips * (0.78 + 0.1 * subject.lip_color))[:, None]
