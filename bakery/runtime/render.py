@@ -34,7 +34,7 @@ def draw(avatar, vertices, camera, expression, gaze, dynamic=True):
         avatar: runtime.avatar.Avatar.
         vertices: [V, 3] mm, deformed.
         camera: Camera of the picture.
-        expression: [E] weights for eq. 4 and the mouth.
+        expression: [E] weights for eq. 4.
         gaze: [2] degrees.
         dynamic: False shows T_0 alone.
 
@@ -61,7 +61,7 @@ def draw(avatar, vertices, camera, expression, gaze, dynamic=True):
     uv = interpolate(found, head.uv[head.uv_faces[faces]])
     color = bilinear(skin, uv * skin.shape[0]) * hit[..., None]
 
-    carriers = {"mouth_sheet": mouth_picture(textures, _pose(avatar, expression))}
+    carriers = {"mouth_sheet": mouth_picture(textures, mouth_landmarks(head, avatar.neutral, vertices))}
     eyes = np.asarray(
         textures.gaze[nearest_gaze(textures.gaze_directions, gaze)], np.float32
     )
@@ -85,10 +85,6 @@ def draw(avatar, vertices, camera, expression, gaze, dynamic=True):
         for layer in (color, hit, known)
     )
     return Frame(color, alpha, face)
-
-
-def _pose(avatar, expression):
-    return mouth_landmarks(avatar.head, avatar.neutral, expression)
 
 
 def _paintable(textures):

@@ -19,7 +19,7 @@ from bakery.stages.texture_complete import PAINTED, complete_skin
 from bakery.stages.texture_eyes import eye_maps, paint_eyes
 from bakery.stages.texture_gaze import gaze_textures
 from bakery.stages.texture_interior import paint_interior
-from bakery.stages.texture_mouth import mouth_landmarks, mouth_textures
+from bakery.stages.texture_mouth import mouth_textures
 from bakery.types import Textures
 
 log = logging.getLogger(__name__)
@@ -218,10 +218,13 @@ def bake(photo, landmarks, fit, neutral, head, skin_mask, generator, targets, op
         say("gaze")
         gaze.append(texture.astype(np.float16))
     poses = targets.mouths[: options.mouths]
-    mouths = []
-    for texture in mouth_textures(subject, generator, camera, poses, options.resolution):
+    mouths, lips = [], []
+    for texture, landmarks_of_pose in mouth_textures(
+        subject, generator, camera, poses, options.resolution
+    ):
         say("mouth")
         mouths.append(texture.astype(np.float16))
+        lips.append(landmarks_of_pose)
     return Textures(
         neutral=subject.texture.astype(np.float16),
         keys=np.stack(keys),
@@ -232,6 +235,6 @@ def bake(photo, landmarks, fit, neutral, head, skin_mask, generator, targets, op
         gaze=np.stack(gaze),
         gaze_directions=directions,
         mouths=np.stack(mouths),
-        mouth_landmarks=np.stack([mouth_landmarks(head, neutral, pose) for pose in poses]),
+        mouth_landmarks=np.stack(lips),
         mouth_weights=poses,
     )

@@ -23,14 +23,17 @@ LIPS = (
 CORNERS = (61, 291)
 
 
-def mouth_landmarks(head, neutral, expression):
-    """Lip landmarks [40, 2] of a pose: x right in the picture, y down, in mouth widths.
+def mouth_landmarks(head, neutral, vertices):
+    """Lip landmarks [40, 2] of a shape: x right in the picture, y down, in mouth widths.
 
     They are fixed to the skull, centred on the neutral mouth: a pose is also where the lips stand
     before the upper teeth.
+
+    Args:
+        neutral, vertices: [V, 3] mm, at rest and deformed.
     """
     rest = head.landmarks(neutral)
-    moved = head.landmarks(head.vertices(neutral, expression, (0.0, 0.0)))[list(LIPS)]
+    moved = head.landmarks(vertices)[list(LIPS)]
     center = rest[list(LIPS)].mean(0)
     width = np.linalg.norm(rest[CORNERS[0]] - rest[CORNERS[1]])
     return ((moved - center)[:, :2] * [1, -1] / width).astype(np.float32)
@@ -75,7 +78,11 @@ def crop_camera(subject, camera):
 
 
 def mouth_texture(subject, generator, camera, sheet, expression):
-    """The mouth sheet [h, w, 3] float32 linear in one pose."""
+    """The mouth sheet in one pose.
+
+    Returns:
+        [h, w, 3] float32 linear, None if the lips hide all of it; and the lip landmarks [40, 2].
+    """
     seen = condition(
         subject.head, subject.neutral, subject.texture, expression, (0.0, 0.0), camera
     )
@@ -84,22 +91,26 @@ def mouth_texture(subject, generator, camera, sheet, expression):
     shown = cv2.GaussianBlur(is_part(seen.part, *MOUTH).astype(np.float32), (0, 0), 1.0)
     weight = sheet.paint(smoothstep(0.55, 0.95, bilinear(shown, pixels)).astype(np.float32))
     color = sheet.paint(bilinear(picture, pixels))
-    return np.maximum(diffuse(color, weight), 0) if weight.max() > 0 else None
+    landmarks = mouth_landmarks(subject.head, subject.neutral, seen.vertices)
+    return (np.maximum(diffuse(color, weight), 0) if weight.max() > 0 else None), landmarks
 
 
 def mouth_textures(subject, generator, camera, poses, size):
-    """Yield the texture of each pose [M, E]; a closed mouth gets the last dark colour of the lips."""
+    """Yield the texture and the lip landmarks of each pose [M, E].
+
+    A closed mouth shows its dark lining.
+    """
     small = cut(subject)
     sheet = make_carrier(small.head, "mouth_sheet", size)
     crop = crop_camera(subject, camera)
     closed = None
     for expression in poses:
-        picture = mouth_texture(small, generator, crop, sheet, expression)
+        picture, landmarks = mouth_texture(small, generator, crop, sheet, expression)
         if picture is None:
             if closed is None:
                 closed = np.full(sheet.shape + (3,), _lining(subject), np.float32)
             picture = closed
-        yield picture
+        yield picture, landmarks
 
 
 def _lining(subject):

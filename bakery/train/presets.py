@@ -27,7 +27,12 @@ def mouth_poses(head, count=300, seed=1):
     """Poses [count, E] spread evenly over what lips do; the first is neutral."""
     candidates = candidate_poses(np.random.default_rng(seed))
     neutral = head.neutral(np.zeros(0))
-    landmarks = np.stack([mouth_landmarks(head, neutral, pose).ravel() for pose in candidates])
+    landmarks = np.stack(
+        [
+            mouth_landmarks(head, neutral, head.vertices(neutral, pose, (0, 0))).ravel()
+            for pose in candidates
+        ]
+    )
     return candidates[spread(landmarks, count)]
 
 
