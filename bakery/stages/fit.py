@@ -11,6 +11,7 @@ from bakery.geometry import harmonics, rotation
 from bakery.heads.base import look
 from bakery.stages import fit_points as groups
 from bakery.stages.fit_albedo import load_albedo
+from bakery.stages.fit_diagnostics import diagnose
 from bakery.stages.fit_gaze import fit_gaze
 from bakery.stages.fit_landmarks import (
     LandmarkModel,
@@ -103,7 +104,7 @@ def fit(photo, landmarks, head, options=FitOptions(), skin=None):
     model = landmark_model(head, options.modes)
     shape = Shape(np.zeros(len(head.identity_basis)), np.zeros(len(EXPRESSIONS)))
     camera = start_camera(model, points, confidence, focal, width, height)
-    camera, shape, gaze = landmark_fit(head, model, camera, shape, points, confidence, options)
+    camera, shape = landmark_fit(head, model, camera, shape, points, confidence, options)
     light, albedo = np.zeros((9, 3)), np.zeros(0)
     light[0] = 1 / harmonics.C0
     found = None
@@ -113,11 +114,10 @@ def fit(photo, landmarks, head, options=FitOptions(), skin=None):
             head, model, camera, shape, photo, points, confidence, skin, basis, options
         )
         light, albedo = found.appearance.light, found.appearance.albedo
-    residual = np.zeros((groups.FACE, 3))
-    if options.warp:
-        residual = landmark_residuals(head, model, camera, shape, points, confidence)
-    offsets = residual_offsets(head, residual)
-    neutral = head.neutral(shape.identity, offsets)
+    residual, left = landmark_residuals(head, model, camera, shape, points, confidence)
+    if not options.warp:
+        residual = np.zeros((groups.FACE, 3))
+    neutral = head.neutral(shape.identity, residual_offsets(head, residual))
     gaze = fit_gaze(head, neutral, camera, points, confidence, shape.expression)
     vertices = head.vertices(neutral, shape.expression, gaze)
     projected = cameras.project(head.landmarks(vertices).astype(np.float64), camera)
@@ -133,7 +133,7 @@ def fit(photo, landmarks, head, options=FitOptions(), skin=None):
         landmarks_projected=projected,
         seconds=time.perf_counter() - begin,
         focal_source=source,
-        diagnostics={},
+        diagnostics=diagnose(photo, points, camera, shape, left, projected, found),
     )
 
 
@@ -141,10 +141,9 @@ def landmark_fit(head, model, camera, shape, points, confidence, options):
     """The landmark-only stage: pose and shape, with lids that follow the gaze.
 
     Returns:
-        camera, shape, gaze [2].
+        camera, shape.
     """
     steps = options.landmark_steps
-    gaze = np.zeros(2)
     for count in (3, steps):
         camera, shape = fit_points(
             model, camera, shape, points, confidence, options.weights, steps=count
@@ -153,19 +152,21 @@ def landmark_fit(head, model, camera, shape, points, confidence, options):
             head, head.neutral(shape.identity), camera, points, confidence, shape.expression
         )
         shape = replace(shape, expression=look(shape.expression, gaze).astype(np.float64))
-    return camera, shape, gaze
+    return camera, shape
 
 
 def landmark_residuals(head, model, camera, shape, points, confidence):
-    """What the linear model leaves at the landmarks, smoothed: [468, 3] mm in head space.
+    """What the linear model leaves at the landmarks.
 
     A landmark moves parallel to the image plane, since the photo says nothing about depth.
+
+    Returns:
+        [468, 3] mm in head space, smoothed; [468, 2] pixels, as measured.
     """
     inside = cameras.to_camera(model.points(shape), camera)
     miss = points[: groups.FACE] - cameras.project_camera(inside, camera)
     wanted = np.zeros_like(inside)
-    scale = -inside[:, 2:] / camera.focal
-    wanted[:, :2] = miss * scale * [1, -1]
+    wanted[:, :2] = miss * (-inside[:, 2:] / camera.focal) * [1, -1]
     wanted = wanted @ rotation.matrix(camera.rotation)
     reference = head.neutral(shape.identity)
-    return unfolded_residual(head, reference, wanted, confidence[: groups.FACE])
+    return unfolded_residual(head, reference, wanted, confidence[: groups.FACE]), miss

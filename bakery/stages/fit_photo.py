@@ -1,14 +1,19 @@
 """The photometric part of the fit: light, albedo and shape from the colours of the skin."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bakery.geometry import camera as cameras
 from bakery.geometry import harmonics, rotation
+from bakery.geometry.color import LUMA
 from bakery.stages import fit_landmarks as landmarks
 from bakery.stages import fit_points as groups
 from bakery.stages.fit_samples import choose_samples, pyramid, sample, visible_samples
+from bakery.types import Camera
+
+LEAST_SAMPLES = 50  # fewer say nothing about light
+DARK = 0.6
 
 
 @dataclass(frozen=True)
@@ -90,20 +95,29 @@ def photo_terms(residual, jacobian, trust, weights):
 
 
 def appearance_prior(appearance, basis, weights):
-    """Gradient and Hessian of the prior on albedo and light, [A + 27].
+    """Gradient and Hessian [A + 27] of the prior on albedo and light, and its energy.
 
     A light's distance from the basis's own is cheap in brightness and dear in colour, since a
     tint of the light and one of the skin look the same.
     """
     modes = len(appearance.albedo)
     hessian = np.zeros((modes + 27, modes + 27))
-    hessian[np.arange(modes), np.arange(modes)] = weights.albedo
+    hessian[np.arange(modes), np.arange(modes)] = weights.prior * weights.albedo
     grey = np.full((3, 3), 1 / 3)
     for k in range(9):
         at = slice(modes + 3 * k, modes + 3 * k + 3)
-        hessian[at, at] = weights.light * grey + weights.tint * (np.eye(3) - grey)
+        hessian[at, at] = weights.prior * (weights.light * grey + weights.tint * (np.eye(3) - grey))
     here = np.concatenate([appearance.albedo, (appearance.light - basis.light).ravel()])
-    return weights.prior * (hessian @ here), weights.prior * hessian
+    return hessian @ here, hessian, float(here @ hessian @ here) / 2
+
+
+@dataclass(frozen=True)
+class State:
+    """All unknowns of the fit."""
+
+    camera: Camera
+    shape: landmarks.Shape
+    appearance: Appearance
 
 
 @dataclass(frozen=True)
@@ -113,7 +127,77 @@ class Photometry:
     appearance: Appearance
     residual: float  # mean length of the colour difference, linear, over the trusted samples
     samples: int  # how many samples the camera saw
+    shadow: float  # share of them that are far darker than smooth light makes them
     steps: tuple[int, ...]  # Gauss-Newton steps at each level
+
+
+class Energy:
+    """E = w_c E_c + w_lan E_lan + w_reg E_reg of one photo, with its derivatives."""
+
+    def __init__(self, head, model, points, confidence, basis, weights):
+        self.head, self.model, self.basis, self.weights = head, model, basis, weights
+        self.size = groups.face_size(points)
+        self.points = points[: groups.FACE]
+        trust = np.sqrt(confidence[: groups.FACE])
+        self.root = landmarks.contour_weights(self.points, weights) * trust[:, None, None]
+
+    def look_at(self, level, samples, state):
+        """Take a level of the pyramid; how far each sample is seen is settled here."""
+        self.level, self.samples = level, samples
+        neutral = self.head.neutral(state.shape.identity)
+        self.trust = visible_samples(
+            self.head, neutral, state.shape.expression, state.camera, samples, level
+        )
+        # Corners of the sample faces with the mean identity and only the eyes' look.
+        rest = self.head.mean[samples.corners].astype(np.float64)
+        for index in np.setdiff1d(np.flatnonzero(state.shape.expression), groups.FITTED):
+            weight = state.shape.expression[index]
+            rest += weight * self.head.expression_basis[index][samples.corners]
+        self.rest = rest.reshape(len(rest), 9)
+
+    def corners(self, shape):
+        """Corners [N, 3, 3] mm of the sample faces."""
+        modes = self.model.modes
+        unknowns = np.concatenate([shape.identity[:modes], shape.expression[groups.FITTED]])
+        moved = self.rest + self.samples.basis @ unknowns.astype(np.float32)
+        return moved.reshape(-1, 3, 3)
+
+    def colors(self, state):
+        """`photo_residual` of a state."""
+        return photo_residual(
+            self.corners(state.shape), self.samples, state.camera, state.appearance, self.level
+        )
+
+    def terms(self, state):
+        """Gradient and Hessian [6 + P + A + 27], the energy, and the colour residual [N, 3]."""
+        residual, jacobian = self.colors(state)
+        gradient, hessian, energy = photo_terms(residual, jacobian, self.trust, self.weights)
+        first = jacobian.shape[2] - 27 - len(state.appearance.albedo)
+        parts = [
+            landmarks.landmark_terms(
+                self.model, state.camera, state.shape, self.points, self.root, self.size,
+                self.weights,
+            ),
+            landmarks.prior_terms(self.model, state.shape, self.weights),
+            appearance_prior(state.appearance, self.basis, self.weights),
+        ]  # fmt: skip
+        places = (slice(0, first), slice(0, first), slice(first, None))
+        for (part_gradient, part_hessian, part_energy), at in zip(parts, places):
+            gradient[at] += part_gradient
+            hessian[at, at] += part_hessian
+            energy += part_energy
+        return gradient, hessian, energy, residual
+
+    def advance(self, state, step):
+        """The state after a step of all unknowns."""
+        first = 6 + self.samples.basis.shape[2]
+        camera, shape = landmarks.advance(self.model, state.camera, state.shape, step)
+        return State(camera, shape, moved(state.appearance, step[first:]))
+
+
+def moved(appearance, step):
+    """Appearance after a step [A + 27]."""
+    return Appearance(appearance.light + step[-27:].reshape(9, 3), appearance.albedo + step[:-27])
 
 
 def fit_photo(head, model, camera, shape, photo, points, confidence, skin, basis, options):
@@ -129,100 +213,71 @@ def fit_photo(head, model, camera, shape, photo, points, confidence, skin, basis
     Returns:
         camera, shape, Photometry.
     """
-    weights = options.weights
-    size = groups.face_size(points)
-    points = points[: groups.FACE]
-    root = landmarks.contour_weights(points, weights)
-    root = root * np.sqrt(confidence[: groups.FACE])[:, None, None]
-    appearance = Appearance(basis.light.astype(np.float64), np.zeros(len(basis.modes)))
-    taken, value, seen = [], 0.0, 0
+    energy = Energy(head, model, points, confidence, basis, options.weights)
+    start = Appearance(basis.light.astype(np.float64), np.zeros(len(basis.modes)))
+    state = State(camera, shape, start)
+    taken, residual = [], None
     levels = pyramid(photo, points, skin, options.level_widths)
     for level, steps, count in zip(levels, options.level_steps, options.level_samples):
-        samples = choose_samples(head, model, basis, count)
-        neutral = head.neutral(shape.identity)
-        trust = visible_samples(head, neutral, shape.expression, camera, samples, level)
-        if trust.sum() < 50:  # too little skin in sight to say anything about light
+        energy.look_at(level, choose_samples(head, model, basis, count), state)
+        if energy.trust.sum() < LEAST_SAMPLES:
             break
-        rest = resting_corners(head, shape, samples)
         if not taken:
-            appearance = start_appearance(
-                appearance, corners_of(rest, shape, model, samples), samples, camera, level, trust,
-                basis, weights,
-            )  # fmt: skip
-        before, used, last = np.inf, 0, None
-        while used < steps:
-            corners = corners_of(rest, shape, model, samples)
-            residual, jacobian = photo_residual(corners, samples, camera, appearance, level)
-            g, h, energy = photo_terms(residual, jacobian, trust, weights)
-            value, seen = 2 * energy / weights.photo, int((trust > 0.5).sum())
-            energy += add_rest(
-                g, h, model, camera, shape, appearance, points, root, size, basis, weights
-            )
-            if energy > before:
-                camera, shape, appearance = last
-            if energy > before * (1 - options.level_tolerance):
-                break
-            before, used, last = energy, used + 1, (camera, shape, appearance)
-            move = landmarks.bounded_step(model, shape, g, h)
-            camera, shape = landmarks.advance(model, camera, shape, move)
-            at = 6 + samples.basis.shape[2]
-            appearance = Appearance(
-                appearance.light + move[-27:].reshape(9, 3), appearance.albedo + move[at:-27]
-            )
+            state = start_appearance(energy, state)
+        state, residual, used = descend(energy, state, steps, options.level_tolerance)
         taken.append(used)
-    return camera, shape, Photometry(appearance, value, seen, tuple(taken))
+    if residual is None:
+        return camera, shape, Photometry(start, 0.0, 0, 0.0, ())
+    total = energy.trust.sum()
+    found = Photometry(
+        appearance=state.appearance,
+        residual=float((energy.trust * np.linalg.norm(residual, axis=1)).sum() / total),
+        samples=int((energy.trust > 0.5).sum()),
+        shadow=dark_share(energy, state, residual),
+        steps=tuple(taken),
+    )
+    return state.camera, state.shape, found
 
 
-def add_rest(
-    gradient, hessian, model, camera, shape, appearance, points, root, size, basis, weights
-):
-    """Add the landmark term and the priors to the photometric ones, in place.
+def descend(energy, state, steps, tolerance):
+    """Gauss-Newton until a step saves less than `tolerance` of the energy.
 
     Returns:
-        their energy.
+        state, its colour residual [N, 3], steps taken.
     """
-    g, h, energy = landmarks.landmark_terms(model, camera, shape, points, root, size, weights)
-    prior_g, prior_h = landmarks.prior_terms(model, shape, weights)
-    first = len(g)
-    gradient[:first] += g + prior_g
-    hessian[:first, :first] += h + prior_h
-    light_g, light_h = appearance_prior(appearance, basis, weights)
-    gradient[first:] += light_g
-    hessian[first:, first:] += light_h
-    # The priors are quadratic but for the linear cost of expressions.
-    here = shape.identity[: model.modes]
-    energy += weights.prior * weights.identity * float(here @ here) / 2
-    energy += weights.prior * weights.albedo * float(appearance.albedo @ appearance.albedo) / 2
-    return energy
+    gradient, hessian, value, residual = energy.terms(state)
+    for used in range(steps):
+        step = landmarks.bounded_step(energy.model, state.shape, gradient, hessian)
+        trial = energy.advance(state, step)
+        gradient, hessian, after, trial_residual = energy.terms(trial)
+        if after > value:
+            return state, residual, used
+        saved, value = value - after, after
+        state, residual = trial, trial_residual
+        if saved < tolerance * value:
+            break
+    return state, residual, used + 1
 
 
-def resting_corners(head, shape, samples):
-    """Corners [N, 9] mm of the sample faces with the mean identity and only the eyes' look."""
-    out = head.mean[samples.corners].astype(np.float64)
-    for index in np.flatnonzero(shape.expression):
-        if index not in groups.FITTED:
-            out += shape.expression[index] * head.expression_basis[index][samples.corners]
-    return out.reshape(len(out), 9)
-
-
-def corners_of(rest, shape, model, samples):
-    """Corners [N, 3, 3] mm of the sample faces."""
-    unknowns = np.concatenate([shape.identity[: model.modes], shape.expression[groups.FITTED]])
-    moved = rest + samples.basis @ unknowns.astype(np.float32)
-    return moved.reshape(-1, 3, 3)
-
-
-def start_appearance(appearance, corners, samples, camera, level, trust, basis, weights):
+def start_appearance(energy, state, rounds=4):
     """Light and albedo from the colours alone, the shape held."""
-    first = 6 + samples.basis.shape[2]
-    for _ in range(4):
-        residual, jacobian = photo_residual(corners, samples, camera, appearance, level)
-        g, h, _ = photo_terms(
-            residual, np.ascontiguousarray(jacobian[:, :, first:]), trust, weights
-        )
-        prior_g, prior_h = appearance_prior(appearance, basis, weights)
-        move = np.linalg.solve(h + prior_h, -(g + prior_g))
-        appearance = Appearance(
-            appearance.light + move[-27:].reshape(9, 3), appearance.albedo + move[:-27]
-        )
-    return appearance
+    first = 6 + energy.samples.basis.shape[2]
+    for _ in range(rounds):
+        residual, jacobian = energy.colors(state)
+        by_look = np.ascontiguousarray(jacobian[:, :, first:])
+        g, h, _ = photo_terms(residual, by_look, energy.trust, energy.weights)
+        prior_g, prior_h, _ = appearance_prior(state.appearance, energy.basis, energy.weights)
+        step = np.linalg.solve(h + prior_h, -(g + prior_g))
+        state = replace(state, appearance=moved(state.appearance, step))
+    return state
+
+
+def dark_share(energy, state, residual):
+    """Share of the seen samples whose colour is below DARK of what smooth light gives them."""
+    turned = energy.corners(state.shape) @ rotation.matrix(state.camera.rotation).T
+    pixels = cameras.project_camera(turned.mean(1) + state.camera.translation, state.camera)
+    level = energy.level
+    color = sample(level.image, (pixels - [level.left, level.top]) * level.scale)
+    expected = (color - residual) @ LUMA
+    dark = color @ LUMA < DARK * np.maximum(expected, 1e-3)
+    return float((energy.trust * dark).sum() / energy.trust.sum())

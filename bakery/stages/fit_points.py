@@ -42,8 +42,13 @@ FITTED = np.array(
         if name not in UNSEEN and not name.startswith("eyeLook")
     ]
 )
-# Rare in portraits or near copies of others: they need more evidence before they count.
-RELUCTANT = {"cheekPuff", "mouthShrugUpper", "mouthShrugLower", "noseSneerLeft", "noseSneerRight"}
+# Rare in portraits, or easily mistaken for identity (thin lips, a crooked jaw): they need more
+# evidence before they count.
+RELUCTANT = (
+    "cheekPuff jawLeft jawRight mouthLeft mouthRight mouthFunnel mouthRollLower mouthRollUpper "
+    "mouthShrugLower mouthShrugUpper noseSneerLeft noseSneerRight"
+).split()
+IS_RELUCTANT = np.array([EXPRESSIONS[index] in RELUCTANT for index in FITTED])
 
 
 def _sides(*pairs):
