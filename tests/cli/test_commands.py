@@ -92,16 +92,16 @@ def test_landmarks_of_another_photo(bakery, portrait, tmp_path):
     table = json.loads(marks.read_text())
     table["image"]["width"] += 1
     (tmp_path / "l.json").write_text(json.dumps(table))
-    done = bakery("fit", photo, "--landmarks", tmp_path / "l.json", "-o", "-")
+    done = bakery("fit", photo, "--landmarks", tmp_path / "l.json", "-n", "-o", "-")
     assert done.returncode == 1 and "detect again" in done.stderr
     table["image"]["width"] -= 1
     table["faces"] *= 2
     (tmp_path / "l.json").write_text(json.dumps(table))
-    done = bakery("fit", photo, "--landmarks", tmp_path / "l.json", "-o", "-")
+    done = bakery("fit", photo, "--landmarks", tmp_path / "l.json", "-n", "-o", "-")
     assert done.returncode == 1 and "--face N" in done.stderr
-    done = bakery("fit", photo, "--landmarks", tmp_path / "l.json", "--face", "2", "-o", "-")
+    done = bakery("fit", photo, "--landmarks", tmp_path / "l.json", "--face", "2", "-n", "-o", "-")
     assert done.returncode == 0
-    done = bakery("fit", photo, "--landmarks", tmp_path / "l.json", "--face", "3", "-o", "-")
+    done = bakery("fit", photo, "--landmarks", tmp_path / "l.json", "--face", "3", "-n", "-o", "-")
     assert done.returncode == 1 and "lower --face" in done.stderr
 
 

@@ -1,0 +1,101 @@
+"""`bakery evaluate`: the quality table, measured."""
+
+import json
+from pathlib import Path
+
+import click
+
+from bakery.cli import options
+
+portraits = click.argument("portraits", type=click.Path(path_type=Path))
+
+
+@click.group()
+def evaluate():
+    """Measure the project; one JSON line a photo, then the means.
+
+    PORTRAITS is a folder with dense478.npz, the reference points of the photos that it names.
+    """
+
+
+def _line(record):
+    click.echo(json.dumps(record, default=float))
+
+
+@evaluate.command(cls=options.Command)
+@portraits
+@click.option("--detector", default="network", show_default=True)
+@click.option("--set", "sets", multiple=True, help="Folder of PORTRAITS; may be repeated.")
+def detect(portraits, detector, sets):
+    """Distance of detected from reference points, over the outer-eye-corner distance."""
+    from bakery.evaluate import detection
+    from bakery.steps import plug_in
+
+    results = []
+    for result in detection.measure_folder(
+        portraits, plug_in("detectors", detector), sets or detection.SETS
+    ):
+        click.echo(detection.as_json(result))
+        results.append(result)
+    click.echo(detection.as_json(detection.summarize(results)))
+
+
+@evaluate.command(cls=options.Command)
+@portraits
+@options.head
+@click.option("--detector", help="Fit from this detector's landmarks too, as `network`.")
+def fit(portraits, head, detector):
+    """Distance of projected from reference landmarks, in percent."""
+    from bakery.evaluate import report
+    from bakery.steps import load_head
+
+    rows = []
+    for row in report.fits(portraits, load_head(head), detector):
+        _line(row)
+        rows.append(row)
+    _line(report.fit_summary(rows))
+
+
+@evaluate.command(cls=options.Command)
+@click.argument("truth")
+@options.head
+@click.option("--count", default=20, show_default=True, type=click.IntRange(1))
+@click.option("--seed", default=0, show_default=True)
+def synthetic(truth, head, count, seed):
+    """Surface distance of fits to painted heads of the model TRUTH (name or file)."""
+    import numpy as np
+
+    from bakery.evaluate import report
+    from bakery.steps import load_head
+
+    rows = []
+    for row in report.synthetic(load_head(truth), load_head(head), count, seed):
+        _line(row)
+        rows.append(row)
+    _line({"portraits": count, "median_mm": float(np.median([row["millimetres"] for row in rows]))})
+
+
+@evaluate.command(cls=options.Command)
+@portraits
+@options.head
+@options.generator
+@options.preset
+@options.settings
+@click.option("--mouths", type=click.IntRange(1), help="Bake this many mouths only.")
+@click.option("--pictures", type=click.Path(path_type=Path), help="Folder of side-by-side PNGs.")
+@click.option("--only", multiple=True, help="Name of a person; may be repeated.")
+def avatar(portraits, head, generator, preset, settings, mouths, pictures, only):
+    """Neutral avatars in their own photos, and smiling as the person smiles."""
+    from bakery import steps
+    from bakery.evaluate import avatar_pairs, report
+
+    chosen = options.build_options(preset, settings)
+    painter = steps.plug_in("generators", generator)
+    results = []
+    for result in report.avatars(
+        portraits, steps.load_head(head), painter, chosen, mouths, pictures, only
+    ):
+        _line(vars(result) | {"smile": vars(result.smile), "warp": vars(result.warp)})
+        results.append(result)
+    if results:
+        _line(avatar_pairs.summary(results))

@@ -1,0 +1,96 @@
+"""`bakery train`: everything that ships trained, made again."""
+
+import json
+from pathlib import Path
+
+import click
+
+from bakery.cli import options
+
+folder = click.Path(path_type=Path)
+
+
+@click.group()
+def train():
+    """Train the networks of the project, and make its presets."""
+
+
+@train.command(cls=options.Command)
+@click.argument("network", type=click.Choice(["finder", "points"]))
+@click.option("--photos", required=True, type=folder, help="Folder of photos.")
+@click.option("--dense", required=True, type=folder, help="npz with their 478 points.")
+@click.option("--rendered", multiple=True, type=folder, help="Painted pictures with points.")
+@click.option("--backgrounds", multiple=True, type=folder, help="Pictures without faces.")
+@click.option("--run", required=True, type=folder, help="Folder of the run; goes on where it was.")
+@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Change an option.")
+def detector(network, photos, dense, rendered, backgrounds, run, settings):
+    """Train one of the detector's two networks.
+
+    \b
+    bakery train detector points --photos portraits/london/train \\
+        --dense portraits/dense478.npz --run runs/points
+    """
+    from bakery import preset
+    from bakery.train import detector as training
+
+    tables = preset.with_settings({}, [f"train.{setting}" for setting in settings])
+    table = {"network": network} | tables.get("train", {})
+    chosen = preset.options_from(training.DetectorOptions, table, "train")
+    for figures in training.train(run, photos, dense, chosen, rendered, backgrounds):
+        click.echo(json.dumps(figures))
+
+
+@train.command("export", cls=options.Command)
+@click.argument("finder_run", type=folder)
+@click.argument("points_run", type=folder)
+@click.option("-o", "--output", required=True, type=folder, help=".safetensors to write.")
+@options.overwrite
+def export_detector(finder_run, points_run, output, overwrite):
+    """Pack the two trained networks of the detector into one file."""
+    from bakery.train.detector import export
+
+    options.may_write(output, overwrite)
+    export(finder_run, points_run, output)
+
+
+@train.command(cls=options.Command)
+@click.argument("portraits", type=folder)
+@click.option("-o", "--output", required=True, type=folder, help=".safetensors to write.")
+@options.head
+@options.overwrite
+def albedo(portraits, output, head, overwrite):
+    """Learn the albedo basis from london/train of PORTRAITS."""
+    from bakery import steps
+    from bakery.train.albedo import learn, save
+    from bakery.train.subjects import albedo_subjects
+
+    options.may_write(output, overwrite)
+    model = steps.load_head(head)
+    basis, figures = learn(albedo_subjects(portraits, model), model)
+    save(basis, output)
+    click.echo(json.dumps(figures))
+
+
+@train.command("mouths", cls=options.Command)
+@click.option("-o", "--output", required=True, type=folder, help="JSON to write.")
+@click.option("--count", default=300, show_default=True, type=click.IntRange(1, 300))
+@options.head
+@options.overwrite
+def mouths(output, count, head, overwrite):
+    """Choose the mouth poses that are baked: spread evenly over what lips do."""
+    from bakery.heads.file import load_head
+    from bakery.train.presets import mouth_poses, poses_to_json
+
+    options.may_write(output, overwrite)
+    options.write(output, poses_to_json(mouth_poses(load_head(head), count)).encode())
+
+
+@train.command("gaze", cls=options.Command)
+@click.option("-o", "--output", required=True, type=folder, help="TOML to write.")
+@options.overwrite
+def gaze(output, overwrite):
+    """Choose the gaze directions that are baked: even over the field of view."""
+    from bakery.train.presets import gaze_directions, gaze_to_toml
+
+    options.may_write(output, overwrite)
+    options.write(output, gaze_to_toml(gaze_directions()).encode())

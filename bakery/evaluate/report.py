@@ -1,0 +1,146 @@
+"""The quality table over a folder of portraits: what is measured of which photo, and its means."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from bakery import steps
+from bakery.errors import BakeryError, InputError
+from bakery.evaluate.avatar_pairs import Pair, quick
+from bakery.evaluate.avatar_pairs import measure as measure_pair
+from bakery.evaluate.fitting import (
+    landmark_error,
+    landmarks_of,
+    synthetic_error,
+    synthetic_portrait,
+)
+from bakery.formats.image import read_photo
+from bakery.stages.fit_albedo import load_albedo
+
+VALIDATION = "london/val"  # what nothing was trained or tuned on
+
+
+def reference_points(portraits, start=VALIDATION):
+    """Photos with their 478 reference points: path -> [478, 2] pixels.
+
+    Args:
+        portraits: folder with dense478.npz and the photos that it names.
+        start: how the names of the wanted photos begin.
+
+    Raises:
+        InputError: dense478.npz is missing, or names no such photo.
+    """
+    portraits = Path(portraits)
+    if not (portraits / "dense478.npz").is_file():
+        raise InputError(f"{portraits}: no dense478.npz; give the folder of portraits that has it")
+    with np.load(portraits / "dense478.npz") as table:
+        found = {
+            portraits / str(name): points[:, :2].astype(np.float64)
+            for name, points in zip(table["names"], table["points"])
+            if str(name).startswith(start)
+        }
+    if not found:
+        raise InputError(f"{portraits}: dense478.npz names no photo of {start}")
+    return found
+
+
+def fits(portraits, head, detector=None, start=VALIDATION):
+    """Fit every photo, by its reference points and, with a detector, by its own landmarks.
+
+    Args:
+        head: HeadModel.
+        detector: name of a detector, or None.
+
+    Yields:
+        dict a photo: errors in percent of the outer-eye-corner distance, seconds of the fit.
+    """
+    for path, points in reference_points(portraits, start).items():
+        photo = read_photo(path)
+        fit, _ = steps.place_head(path, photo, landmarks_of(points), head)
+        row = {
+            "name": path.stem,
+            "kind": "smiling" if "smiling" in path.stem else "neutral",
+            "given": landmark_error(fit, points),
+            "seconds": fit.seconds,
+        }
+        if detector:
+            try:
+                _, face = steps.one_face(path, detector=detector, photo=photo)
+                own, _ = steps.place_head(path, photo, face, head)
+                row["detected"] = landmark_error(own, points)
+            except BakeryError as error:
+                row["error"] = str(error)
+        yield row
+
+
+def fit_summary(rows):
+    """Means over the rows of `fits`."""
+    out = {"photos": len(rows), "failed": sum("error" in row for row in rows)}
+    for kind in ("neutral", "smiling"):
+        given = [row["given"]["all"] for row in rows if row["kind"] == kind]
+        if given:
+            out[f"given_{kind}_percent"] = round(float(np.mean(given)), 3)
+    own = [row["detected"]["without_contour"] for row in rows if "detected" in row]
+    if own:
+        out["detected_without_contour_percent"] = round(float(np.mean(own)), 3)
+    out["seconds_median"] = round(float(np.median([row["seconds"] for row in rows])), 3)
+    return out
+
+
+def synthetic(truth, head, count, seed=0):
+    """Fit painted heads of another model; surface to surface.
+
+    Args:
+        truth: HeadModel that is painted.
+        head: HeadModel that is fitted.
+        count: how many.
+
+    Yields:
+        dict a portrait: median distance in mm.
+    """
+    layout = load_albedo().layout
+    rng = np.random.default_rng(seed)
+    for number in range(count):
+        subject = synthetic_portrait(truth, rng, number)
+        fit, _ = steps.place_head("painted", subject.photo, subject.landmarks, head)
+        yield {
+            "name": f"{truth.name} {number}",
+            "millimetres": round(synthetic_error(subject, fit, head, layout), 3),
+            "seconds": fit.seconds,
+        }
+
+
+def pairs(portraits):
+    """The neutral and smiling photos of each person of london/val: list of Pair."""
+    points = reference_points(portraits)
+    smiles = {}
+    if (table := Path(portraits) / "london" / "info.csv").is_file():
+        with open(table, newline="") as file:
+            smiles = {row["face_id"]: row["smile"] for row in csv.DictReader(file)}
+    out = []
+    for path in sorted(points):
+        other = path.with_name(path.name.replace("neutral", "smiling"))
+        if "neutral" in path.stem and other in points:
+            name = path.stem.split("_")[0]
+            teeth = smiles.get(name) == "teeth"
+            out.append(Pair(name, path, other, points[path], points[other], teeth))
+    return out
+
+
+def avatars(portraits, head, generator, options, mouths=None, pictures=None, only=None):
+    """Bake every person of `pairs` and render them back.
+
+    Args:
+        mouths: bake this many mouths only, for a look in between.
+        pictures: folder for side-by-side pictures, or None.
+        only: names of the people, or None for all.
+
+    Yields:
+        avatar_pairs.Result.
+    """
+    if mouths:
+        options = quick(options, mouths)
+    for pair in pairs(portraits):
+        if not only or pair.name in only:
+            yield measure_pair(pair, head, generator, options, pictures)
