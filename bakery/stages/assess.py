@@ -8,7 +8,7 @@ import numpy as np
 from bakery.geometry import rotation
 from bakery.geometry.color import LUMA, to_linear
 from bakery.stages.segment import SKIN, occlusion
-from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
+from bakery.types import EXPRESSION_INDEX
 
 FACE = 256  # pixels that the face is scaled to, so that measures do not depend on its size
 SIDES = {  # eye: outer corner, inner corner, two points of the upper lid and two of the lower
@@ -19,16 +19,19 @@ SIDES = {  # eye: outer corner, inner corner, two points of the upper lid and tw
 
 @dataclass(frozen=True)
 class Limits:
-    """Where warnings begin; the same portraits of neutral people stay below all of them."""
+    """Where warnings begin: beyond what neutral, evenly lit portraits of london/train measure."""
 
-    expression: float = 0.9  # length of the vector of weights, gaze and lids left out
+    expression: float = 0.3  # weight of what is not neutral, see `_expression`; neutral: up to 0.2
+    open_mouth: float = 0.04  # gap between the lips over the mouth's width; neutral: up to 0.01
     yaw: float = 20.0  # degrees
-    pitch: float = 22.0  # degrees
-    closed_eyes: float = 0.13  # at least: lid opening over the eye's width
+    pitch: float = 20.0  # degrees
+    closed_eyes: float = 0.13  # at least: lid opening over the eye's width; neutral: from 0.21
     glasses: float = 0.04  # share of the eye region
-    hair: float = 0.08  # share of the face
-    shadow: float = 1.6  # stops between the lit and the dark side of the face
-    blur: float = 0.018  # at least: detail, see `sharpness`
+    hair: float = 0.05  # share of the face; neutral: up to 0.01
+    shadow: float = 1.0  # stops between the halves of the face; neutral: up to 0.3
+    blur: float = (
+        0.06  # at least: see `sharpness`; sharp: from 0.19, blurred by 0.8% of the face: 0.06
+    )
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,8 @@ def assess(photo, landmarks, fit, segmentation, limits=Limits()):
     """
     measured = measure(photo, landmarks, fit, segmentation)
     checks = (  # code, too much or too little, what it means
-        ("expression", 1, "the face is not neutral; folds and teeth stay in the neutral texture"),
+        ("expression", 1, "the face is not neutral; its folds stay in the neutral texture"),
+        ("open_mouth", 1, "the mouth is open; teeth stay in the neutral texture"),
         ("yaw", 1, "the head is turned; one side of the face is made up from the other"),
         ("pitch", 1, "the head is tilted up or down; chin or forehead is made up"),
         ("closed_eyes", -1, "an eye is nearly closed; its iris cannot be read"),
@@ -74,15 +78,11 @@ def assess(photo, landmarks, fit, segmentation, limits=Limits()):
 
 def measure(photo, landmarks, fit, segmentation):
     """The numbers behind the warnings, by the names of `Limits`."""
-    still = [
-        index
-        for name, index in EXPRESSION_INDEX.items()
-        if not name.startswith(("eyeLook", "eyeBlink", "eyeWide", "eyeSquint"))
-    ]
     forward = rotation.matrix(fit.camera.rotation)[:, 2]
     hidden = occlusion(segmentation, landmarks.points)
     return {
-        "expression": float(np.linalg.norm(fit.expression[still])),
+        "expression": _expression(fit.expression),
+        "open_mouth": _gap(landmarks.points),
         "yaw": abs(float(np.degrees(np.arctan2(forward[0], forward[2])))),
         "pitch": abs(float(np.degrees(np.arcsin(np.clip(forward[1], -1, 1))))),
         "closed_eyes": min(_opening(landmarks.points, side) for side in SIDES.values()),
@@ -92,10 +92,27 @@ def measure(photo, landmarks, fit, segmentation):
     }
 
 
-def strongest(expression, count=3):
-    """The expressions of largest weight, for a message."""
-    order = np.argsort(-expression)[:count]
-    return [EXPRESSIONS[index] for index in order if expression[index] > 0.1]
+def _expression(weights):
+    """How far from neutral: the shapes of a smile together, or the strongest other shape.
+
+    Other shapes count half, for fits use them to mend the identity; brows that are up count for
+    nothing, since they cannot be told from high brows.
+    """
+
+    def sides(name):
+        return float(sum(weights[EXPRESSION_INDEX[name + side]] for side in ("Left", "Right"))) / 2
+
+    smile = sum(map(sides, ("mouthSmile", "mouthDimple", "mouthUpperUp")))
+    others = [sides(name) for name in ("mouthFrown", "browDown", "noseSneer")]
+    others += [
+        float(weights[EXPRESSION_INDEX[n]]) for n in ("mouthPucker", "mouthFunnel", "cheekPuff")
+    ]
+    return max(smile, max(others) / 2)
+
+
+def _gap(points):
+    """Gap between the inner lips over the mouth's width."""
+    return float(np.linalg.norm(points[13] - points[14]) / np.linalg.norm(points[61] - points[291]))
 
 
 def _opening(points, side):
