@@ -25,6 +25,7 @@ OVAL = (
 OBSERVED, MIRRORED, INFERRED, PAINTED = 1, 2, 3, 4  # codes of coverage.exr; 0 is outside all charts
 SKIN = ("skin",)
 FAR_TONE = 0.003  # how strongly unseen skin leans to the median of the face, against its borders
+MUCOSA = np.array([0.92, 0.66, 0.68], np.float32)  # wet inside of the lips over their outside
 GRAIN_WAVELENGTHS = (0.9, 1.8, 3.6)  # mm; pores to small blotches
 
 
@@ -149,13 +150,17 @@ def complete_skin(linear, skin_mask, points, fit, head, vertices, atlas):
     low /= np.maximum(cv2.GaussianBlur(known, (0, 0), atlas.size / 170), 1e-3)[..., None]
     rim = atlas.size // 100 | 1  # borders of what was seen are the least sure: hair, halo, glare
     firm = (known > 0.8).astype(np.float32)
-    inner = cv2.erode(firm, np.ones((3, 3), np.uint8)) * inside_oval(head, atlas.size)
+    # Well within the contour, edges are lids and lips, and as good as their middle.
+    # Well within the contour, edges are lids and lips, and as good as their middle.
+    inner = cv2.erode(firm, np.ones((3, 3), np.uint8)) * uv_polygon(head, OVAL, 0.8, atlas.size)
     trusted = np.maximum(cv2.erode(firm, np.ones((rim, rim), np.uint8)), inner)
     anchored = np.maximum(trusted, FAR_TONE * picture(np.ones(len(rows))))
     values = np.where(trusted[..., None] > 0, low, tone)
     base = diffuse(values, anchored)
     grain = grain_like(joined, trusted * picture(np.ones(len(rows))), vertices, atlas, rows, picture)
-    inferred = base * np.exp(grain)[..., None]
+    inner_lips = cv2.GaussianBlur(uv_polygon(head, LIPS, 1.0, atlas.size), (0, 0), atlas.size / 300)
+    mucosa = 1 - (1 - MUCOSA) * inner_lips[..., None]
+    inferred = base * mucosa * np.exp(grain)[..., None]
     cover = np.clip(known, 0, 1)[..., None]
     albedo_full = joined * cover + inferred * (1 - cover)
 
@@ -167,11 +172,11 @@ def complete_skin(linear, skin_mask, points, fit, head, vertices, atlas):
     return SkinTexture(lit, source, np.where(on_skin, seen, 0).astype(np.float32), tone)
 
 
-def inside_oval(head, size):
-    """Boolean [T, T] as float32: texels well within the face contour, where edges are lids and lips."""
+def uv_polygon(head, ring, scale, size):
+    """1 inside a ring of landmarks in the atlas [T, T] float32, scaled about its middle."""
     uv = head.uv[head.uv_faces[head.landmark_faces]]
-    places = np.einsum("lkc,lk->lc", uv, head.landmark_barycentric)[list(OVAL)] * size
-    places = places.mean(0) + 0.8 * (places - places.mean(0))
+    places = np.einsum("lkc,lk->lc", uv, head.landmark_barycentric)[list(ring)] * size
+    places = places.mean(0) + scale * (places - places.mean(0))
     mask = np.zeros((size, size), np.float32)
     cv2.fillPoly(mask, [np.round(places).astype(np.int32)], 1)
     return mask
