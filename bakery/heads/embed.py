@@ -256,14 +256,15 @@ def with_landmarks(head, positions):
     return on_faces(head, faces, barycentric)
 
 
-def embed(head, points, sizes, rounds=3):
+def embed(head, points, sizes, rounds=3, start=False):
     """Place the 478 points on a head, mirror-symmetric.
 
     Args:
-        head: HeadModel; its present landmarks are not used.
+        head: HeadModel.
         points: [N, 478, 2] pixels of N photos.
         sizes: [N, 2] (width, height) of the photos.
         rounds: of fit, cast and average.
+        start: take the head's present landmarks as the start, instead of a few found by shape.
 
     Yields:
         (head with landmarks, mean error in outer-eye-corner distances or None at first) each round.
@@ -276,7 +277,7 @@ def embed(head, points, sizes, rounds=3):
     for turn in range(rounds + 1):
         gathered, errors = [], []
         for face, size in zip(points, sizes):
-            if turn == 0:
+            if turn == 0 and not start:
                 view, identity, _, _ = place(
                     head.mean[vertices].astype(float),
                     head.identity_basis[:, vertices].astype(float),

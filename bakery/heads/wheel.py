@@ -40,7 +40,19 @@ HELPERS = {
     "helper-r-eyelashes-1": "lashes",
     "helper-r-eyelashes-2": "lashes",
 }
-FOLDERS = "cheek chin ears eyebrows eyes forehead head mouth neck nose".split()
+# Standard deviations of the sliders of each folder; unseen from the front means less.
+SPREAD = {
+    "cheek": 0.2,
+    "chin": 0.22,
+    "ears": 0.2,
+    "eyebrows": 0.25,
+    "eyes": 0.2,
+    "forehead": 0.15,
+    "head": 0.12,
+    "mouth": 0.15,
+    "neck": 0.08,
+    "nose": 0.2,
+}
 OPPOSITES = (
     ("incr", "decr"),
     ("up", "down"),
@@ -50,8 +62,7 @@ OPPOSITES = (
     ("uncompress", "compress"),
 )
 RACES = ("african", "asian", "caucasian")
-# Standard deviations: of a slider that moves both sides alike, and of the difference of the sides.
-LOCAL, UNEVEN = 0.35, 0.06
+UNEVEN = 0.05  # standard deviation of what makes the two sides differ
 SIDEWAYS = re.compile(r"^(mouth|nose|neck|head)-trans-(in|out)$|^head-angle-(in|out)$")
 
 
@@ -59,6 +70,7 @@ SIDEWAYS = re.compile(r"^(mouth|nose|neck|head)-trans-(in|out)$|^head-angle-(in|
 class Raw:
     """A head as it comes: quads, mm, origin midway between the eyeballs."""
 
+    rest: np.ndarray  # [V, 3] the mesh file's own shape; decides what is subdivided, never moved
     mean: np.ndarray  # [V, 3]
     quads: np.ndarray  # [F, 4]
     parts: np.ndarray  # [F] names out of PARTS
@@ -102,10 +114,11 @@ def _read(wheel):
     parts, quads = parts[keep], small.reshape(-1, 4)
     eyes = np.concatenate([np.unique(quads[parts == "eye_" + side]) for side in ("left", "right")])
     origin = mean[eyes].mean(0)
-    skull = mean[:, 1] > origin[1] - 20
+    skull = mean[:, 1] > origin[1] - 110
     sliders = np.stack([_unposed(mean - origin, s, eyes, skull) for s in sliders])
     expression = np.stack([target(UNITS + name + ".target") for name in EXPRESSIONS])
     return Raw(
+        mean - origin,
         mean - origin,
         quads,
         parts,
@@ -221,7 +234,7 @@ def _sliders(wheel, points, target):
     names = sorted(
         name[: -len(".target.gz")]
         for name in wheel.namelist()
-        if name.startswith(tuple(TARGETS + folder + "/" for folder in FOLDERS))
+        if name.startswith(tuple(TARGETS + folder + "/" for folder in SPREAD))
         and name.endswith(".target.gz")
         and "measure" not in name
     )
@@ -236,20 +249,22 @@ def _sliders(wheel, points, target):
             axes[name] = (target(name + ".target.gz") - target(opposite + ".target.gz")) / 2
     for name, axis in axes.items():
         folder, short = name.rsplit("/", 1)
+        spread = SPREAD[folder.rsplit("/", 1)[1]]
         if short.startswith("l-"):
             other = axes[f"{folder}/r-{short[2:]}"]
-            directions += [LOCAL * (axis + other), UNEVEN * (axis - other)]
+            directions += [spread * (axis + other), UNEVEN * (axis - other)]
         elif not short.startswith("r-"):
-            directions.append((UNEVEN if SIDEWAYS.match(short) else LOCAL) * axis)
+            directions.append((UNEVEN if SIDEWAYS.match(short) else spread) * axis)
     return points + middle + 0.25 * (old - middle), np.array(directions)
 
 
 def _unposed(points, move, eyes, skull):
-    """A displacement [V, 3] without its rigid part, as seen by the skull, the eyes held."""
+    """A displacement [V, 3] without what turns or enlarges the skull, the eyes held."""
     move = move - move[eyes].mean(0)
     p = points[skull]
-    A = np.zeros((len(p), 3, 3))
+    A = np.zeros((len(p), 3, 4))
     A[:, 0, 1], A[:, 0, 2], A[:, 1, 2] = p[:, 2], -p[:, 1], p[:, 0]
     A[:, 1, 0], A[:, 2, 0], A[:, 2, 1] = -p[:, 2], p[:, 1], -p[:, 0]
-    turn = np.linalg.lstsq(A.reshape(-1, 3), move[skull].ravel(), rcond=None)[0]
-    return move - np.cross(turn, points)
+    A[:, :, 3] = p
+    *turn, scale = np.linalg.lstsq(A.reshape(-1, 4), move[skull].ravel(), rcond=None)[0]
+    return move - np.cross(turn, points) - scale * points
