@@ -66,7 +66,10 @@ class Chart:
     def pixels(self, flat):
         """Map coordinates [..., 2] mm to pixels of the map [..., 2]."""
         return np.stack(
-            [flat[..., 0] * self.density + self.width / 2, (self.top - flat[..., 1]) * self.density],
+            [
+                flat[..., 0] * self.density + self.width / 2,
+                (self.top - flat[..., 1]) * self.density,
+            ],
             -1,
         )
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from bakery.geometry import harmonics
 from bakery.synth.chart import IRIS, smoothstep
+from bakery.synth.light import shine_on
 from bakery.synth.noise import gradient_noise
 from bakery.synth.subject import IRIS_COLORS
 
@@ -38,7 +38,9 @@ def _lid_distance(where, mask, pixel):
     )
 
 
-def shade_eye(subject, side, points, where, mask, pixel, marks, center, ball, environment, visibility):
+def shade_eye(
+    subject, side, points, where, mask, pixel, marks, center, ball, environment, visibility
+):
     """Colour [n, 3] linear of the pixels of one eyeball.
 
     Args:
@@ -110,13 +112,16 @@ def shade_eye(subject, side, points, where, mask, pixel, marks, center, ball, en
     shade *= 0.74 + 0.26 * smoothstep(0.0, 0.16, across) * smoothstep(1.0, 0.84, across)
     soft = outward * 0.55 + np.array([0, 0, 0.45])
     soft /= np.linalg.norm(soft, axis=1, keepdims=True)
-    light = np.maximum(harmonics.irradiance(soft, environment.irradiance_ambient()), 0)
+    light = shine_on(soft, environment.irradiance_ambient())
     for k, lamp in enumerate(environment.lamps):
         facing = np.clip(soft @ lamp.direction * 0.8 + 0.2, 0, 1)
         light = light + facing[:, None] * lamp.color * (visibility[:, None] if k == 0 else 0.85)
-    through = 1 + 0.5 * (1 - limbus) * smoothstep(-0.6, 0.8, -local @ frame.T @ environment.lamps[0].direction)[
-        :, None
-    ]
+    through = (
+        1
+        + 0.5
+        * (1 - limbus)
+        * smoothstep(-0.6, 0.8, -local @ frame.T @ environment.lamps[0].direction)[:, None]
+    )
     out = base * light * shade[:, None] * through
 
     bulge = 4.6 * ball / 12
@@ -129,14 +134,14 @@ def shade_eye(subject, side, points, where, mask, pixel, marks, center, ball, en
     cosine = np.clip((normal * view).sum(1), 0.02, 1)
     fresnel = 0.026 + 0.974 * (1 - cosine) ** 5
     mirror = 2 * cosine[:, None] * normal - view
-    sky = np.maximum(harmonics.basis(mirror) @ environment.ambient, 0)
+    sky = shine_on(mirror, environment.ambient)
     out += sky * (fresnel * 0.8 * shade)[:, None]
     for k, lamp in enumerate(environment.lamps):
         radius = np.radians(max(lamp.radius, 4.0))
         off = np.arccos(np.clip(mirror @ lamp.direction, -1, 1))
         disc = smoothstep(radius * 1.12, radius * 0.88, off) * (1 - 0.35 * blend[:, 0])
-        glint = lamp.color / (radius * radius) * 0.9
-        lit = (visibility if k == 0 else 1.0) * smoothstep(0.0, 0.8, down)
+        glint = lamp.color / (radius * radius) * 2.0
+        lit = (0.45 + 0.55 * visibility if k == 0 else 0.8) * smoothstep(0.0, 0.8, down)
         out += np.minimum(glint * (disc * fresnel * lit)[:, None], 1.4)
     wet = np.exp(-(((up - 0.22) / 0.20) ** 2)) * (0.35 + 0.65 * np.clip(0.5 + vein_b * 1.5, 0, 1))
     out += (wet * 0.10)[:, None] * light

@@ -46,8 +46,12 @@ def brows(head, chart, subject, vertices, share=1.0):
         share_along = at / (len(middle) - 1.0)
         tangent = _unit(np.gradient(middle, axis=0))[at]
         over = np.clip((flat - middle[at])[:, 1] / max(half, 1.0), -1.2, 1.2)
-        keep = (np.abs(over) < 1.25) & (rng.random(len(flat)) < np.clip(0.35 + 3.5 * share_along, 0, 1))
-        turn = np.radians(72 - 78 * np.clip(share_along * 1.9, 0, 1) ** 0.7 - 30 * over * (share_along > 0.12))
+        keep = (np.abs(over) < 1.25) & (
+            rng.random(len(flat)) < np.clip(0.35 + 3.5 * share_along, 0, 1)
+        )
+        turn = np.radians(
+            72 - 78 * np.clip(share_along * 1.9, 0, 1) ** 0.7 - 30 * over * (share_along > 0.12)
+        )
         turn += rng.normal(size=len(flat)) * 0.16
         up = np.stack([-tangent[:, 1], tangent[:, 0]], 1) * s
         heading = tangent * np.cos(turn)[:, None] + up * np.sin(turn)[:, None]
@@ -65,7 +69,14 @@ def brows(head, chart, subject, vertices, share=1.0):
         width = rng.uniform(0.065, 0.105, len(flat)) / np.sqrt(share)
         sets.append(
             Strands(
-                points[keep].astype(np.float32), width[keep], color[keep], normal[keep], 0.35, 0.85, "brow", 0.8
+                points[keep].astype(np.float32),
+                width[keep],
+                color[keep],
+                normal[keep],
+                0.35,
+                0.85,
+                "brow",
+                0.8,
             )
         )
     return sets
@@ -79,14 +90,16 @@ def lashes(head, subject, vertices, share=1.0):
     sets = []
     for side in SIDES:
         s, center = SIGN[side], centers[0 if side == "left" else 1]
-        for ring, number, length in ((LID_UPPER, 150, 8.0), (LID_LOWER, 70, 4.4)):
+        for ring, number, length in ((LID_UPPER, 170, 7.2), (LID_LOWER, 70, 4.4)):
             upper = ring is LID_UPPER
             path = spline(marks[list(ring[side])], 200)
             count = max(12, int(number * min(1, share * 1.5)))
             at = np.sort(rng.uniform(0.03, 0.90 if upper else 0.86, count))  # outer to inner
             root = path[(at * 199).astype(int)] + rng.normal(size=(count, 3)) * 0.12
             outward = _unit(root - center)
-            fan = (0.55 - 1.15 * at)[:, None] * np.array([s, 0, 0]) + rng.normal(size=(count, 3)) * 0.07
+            fan = (0.55 - 1.15 * at)[:, None] * np.array([s, 0, 0]) + rng.normal(
+                size=(count, 3)
+            ) * 0.07
             size = length * subject.lash_length * rng.uniform(0.6, 1.05, count)
             size *= 0.55 + 0.45 * np.sin(np.pi * np.clip(0.15 + 0.75 * (1 - at), 0, 1))
             t = np.linspace(0, 1, 9)[None, :, None]
@@ -98,13 +111,22 @@ def lashes(head, subject, vertices, share=1.0):
                 first = _unit(outward * 0.7 + fan * 0.8 + np.array([0, -0.55, 0.3]))
                 curl = np.array([0, 0.12, 0.35])
                 bend = 0.25
-            points = root[:, None] + size[:, None, None] * (first[:, None] * (t - 0.25 * t * t) + curl * bend * t * t)
+            points = root[:, None] + size[:, None, None] * (
+                first[:, None] * (t - 0.25 * t * t) + curl * bend * t * t
+            )
             dark = np.clip(hair_color(subject) * 0.15, 0.003, 0.03)
             color = np.repeat(dark[None], count, 0) * rng.uniform(0.6, 1.4, (count, 1))
             width = rng.uniform(0.075, 0.115, count) * (1.0 if upper else 0.65)
             sets.append(
                 Strands(
-                    points.astype(np.float32), width, color, outward, 0.04, 0.95 if upper else 0.6, "lash", 0.85
+                    points.astype(np.float32),
+                    width,
+                    color,
+                    outward,
+                    0.04,
+                    0.95 if upper else 0.6,
+                    "lash",
+                    0.85,
                 )
             )
     return sets
@@ -119,7 +141,9 @@ def beard(head, chart, subject, vertices, share=1.0):
     mask = beard_mask(chart)
     patch = chart.blur(rng.normal(size=mask.shape).astype(np.float32), 4.0)
     mask = mask * np.clip(0.75 + 0.25 * patch / patch.std(), 0.1, 1)
-    faces, barycentric, rest = sample_roots(head, chart, mask, int((20000 if full else 13000) * share), rng)
+    faces, barycentric, rest = sample_roots(
+        head, chart, mask, int((20000 if full else 13000) * share), rng
+    )
     root, normal = roots_on(head, vertices, faces, barycentric)
     count = len(root)
     flat = np.stack([0.25 * np.sign(rest[:, 0]) * (np.abs(rest[:, 0]) < 30), -np.ones(count)], 1)
@@ -134,4 +158,6 @@ def beard(head, chart, subject, vertices, share=1.0):
     )
     color = np.clip(strand_colors(subject, count, rng, rest) * 0.8, 0.006, 0.5)
     width = rng.uniform(0.07, 0.11, count) / np.sqrt(share)
-    return [Strands(points.astype(np.float32), width, color, normal, 0.3, 0.8 if full else 0.7, "beard")]
+    return [
+        Strands(points.astype(np.float32), width, color, normal, 0.3, 0.8 if full else 0.7, "beard")
+    ]

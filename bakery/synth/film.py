@@ -19,7 +19,9 @@ def background(rng, kind, height, width, base):
     base = np.asarray(base, float)
     if kind == "studio":
         middle = rng.uniform(-0.25, 0.25, 2) + [0, 0.1]
-        glow = np.exp(-((x - middle[0]) ** 2 + (y - middle[1]) ** 2) / (2 * rng.uniform(0.3, 0.55) ** 2))
+        glow = np.exp(
+            -((x - middle[0]) ** 2 + (y - middle[1]) ** 2) / (2 * rng.uniform(0.3, 0.55) ** 2)
+        )
         picture = base * (0.42 + 0.75 * glow[..., None])
     else:
         picture = np.ones((h, w, 3)) * base * (1.05 - 0.5 * y[..., None])
@@ -31,7 +33,13 @@ def background(rng, kind, height, width, base):
             size = (rng.uniform(0.03, 0.35, 2) * [w, h]).astype(int) + 1
             layer = picture.copy()
             if kind == "room":
-                cv2.rectangle(layer, (int(cx), int(cy)), (int(cx + size[0]), int(cy + 2 * size[1])), color.tolist(), -1)
+                cv2.rectangle(
+                    layer,
+                    (int(cx), int(cy)),
+                    (int(cx + size[0]), int(cy + 2 * size[1])),
+                    color.tolist(),
+                    -1,
+                )
             else:
                 cv2.circle(layer, (int(cx), int(cy)), int(size.min() * 0.5) + 1, color.tolist(), -1)
             picture = picture * 0.35 + layer * 0.65

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from bakery.synth.chart import smoothstep
@@ -43,14 +44,24 @@ def _profile(skin, center):
     return out, levels
 
 
+def _smooth(radius, sigma):
+    """Blur radii [rows, AROUND] along both directions."""
+    pad = 12
+    wide = np.pad(radius, ((0, 0), (pad, pad)), "wrap")
+    return cv2.GaussianBlur(wide, (0, 0), 2.0, None, sigma, borderType=cv2.BORDER_REPLICATE)[
+        :, pad:-pad
+    ]
+
+
 def make_garment(head, subject, neutral):
     """Cut clothes to a neutral shape [V, 3] mm."""
     rng = subject.rng("clothes")
     skin = neutral[head.part_vertices("skin")]
     bottom = skin[:, 1].min()
     chin = head.landmarks(neutral)[152]
-    neck = skin[np.abs(skin[:, 1] - (chin[1] - 22)) < 12]
-    neck = neck[neck[:, 2] < chin[2] - 5]
+    slabs = [skin[np.abs(skin[:, 1] - y) < 4] for y in np.arange(chin[1] - 36, chin[1] - 4, 4)]
+    neck = min((slab for slab in slabs if len(slab) > 8), key=lambda slab: np.abs(slab[:, 0]).max())
+    neck = neck[neck[:, 2] < chin[2] - 12]
     center = float((neck[:, 2].min() + neck[:, 2].max()) / 2)
     low = skin[skin[:, 1] < bottom + 115]
     profile, levels = _profile(low, center)
@@ -58,40 +69,38 @@ def make_garment(head, subject, neutral):
 
     angle = (np.arange(AROUND) / AROUND - 0.5) * 2 * np.pi
     front = np.cos(angle)
-    high = {"crew": 32.0, "collar": 36.0, "turtleneck": 56.0}[subject.clothes]
-    line = bottom + high + 20 * (1 - front) / 2 + 20 * np.sin(angle) ** 2
+    high, rise, side = {
+        "crew": (30.0, 46.0, 12.0), "collar": (34.0, 54.0, 12.0), "turtleneck": (56.0, 40.0, 0.0)
+    }[subject.clothes]  # fmt: skip
+    line = bottom + high + rise * (1 - front) / 2 + side * np.sin(angle) ** 2
     if subject.clothes == "collar":
         line = line - 16 * smoothstep(0.45, 0.0, np.abs(angle))
-    if subject.clothes == "turtleneck":
-        line = bottom + high + 20 * (1 - front) / 2
     width = rng.uniform(0.92, 1.05)
     rows = []
     share = np.linspace(0, 1, DOWN) ** 1.35
-    start = bottom + 34
-    for s in share:
-        y = line - 330 * s
+    start = bottom + 58
+    for y in line - 330 * share[:, None]:
         d = np.clip(start - y, 0, None)
-        out_x = half + 4 + (122 * width) * (1 - np.exp(-((d / 62) ** 1.5)))
-        out_front = half * 0.86 + 8 + 62 * (1 - np.exp(-((d / 120) ** 1.2)))
-        out_back = half * 0.80 + 8 + 55 * (1 - np.exp(-((d / 70) ** 1.2)))
+        out_x = half + 2 + 128 * width * (1 - np.exp(-1.5 * d / 128))
+        out_front = half * 0.80 + 6 + 66 * (1 - np.exp(-((d / 130) ** 1.3)))
+        out_back = half * 0.80 + 8 + 62 * (1 - np.exp(-((d / 80) ** 1.1)))
         out_z = np.where(front > 0, out_front, out_back)
         shell = 1 / np.power(
-            np.abs(np.sin(angle) / out_x) ** 2.3 + np.abs(front / out_z) ** 2.3, 1 / 2.3
+            np.abs(np.sin(angle) / out_x) ** 2.2 + np.abs(front / out_z) ** 2.2, 1 / 2.2
         )
-        under = np.stack([np.interp(v, levels, profile[:, k]) for k, v in enumerate(y)])
-        under = np.max([np.roll(under, k) for k in range(-3, 4)], 0)
-        kernel = np.hanning(13) / np.hanning(13).sum()
-        under = np.convolve(np.concatenate([under[-6:], under, under[:6]]), kernel, "valid")
-        tight = under + 3.5
-        loose = np.maximum(shell, tight) if subject.clothes != "turtleneck" else np.maximum(
-            np.where(y > bottom + 36, tight, np.maximum(shell * 0.97, tight)), tight
-        )
-        rows.append(np.stack([loose * np.sin(angle), y, center + loose * front], 1))
-    rows = np.stack(rows)
+        tight = 3.0 + np.array([np.interp(v, levels, profile[:, k]) for k, v in enumerate(y)])
+        tight = np.max([np.roll(tight, k) for k in range(-3, 4)], 0)
+        neck = (subject.clothes == "turtleneck") & (y > bottom + 40)
+        rows.append(np.stack([y, tight, np.where(neck, tight, np.maximum(shell, tight))]))
+    y, tight, loose = np.stack(rows, 1)
+    loose = np.maximum(_smooth(loose, 2.5), _smooth(tight, 1.5))
+    rows = np.stack([loose * np.sin(angle), y, center + loose * front], -1)
     outward = np.stack([np.sin(angle), np.zeros(AROUND), front], 1)
     band_rows = {"crew": 20.0, "collar": 0.0, "turtleneck": 30.0}[subject.clothes]
     below = line[None] - rows[..., 1]
-    band = smoothstep(band_rows + 1.0, band_rows - 1.0, below) if band_rows else np.zeros_like(below)
+    band = (
+        smoothstep(band_rows + 1.0, band_rows - 1.0, below) if band_rows else np.zeros_like(below)
+    )
     rows += band[..., None] * outward * (2.0 if subject.clothes == "crew" else 3.5)
     fold = rng.normal(size=3) * 4
     points = rows.reshape(-1, 3)
@@ -109,7 +118,9 @@ def make_garment(head, subject, neutral):
         vertices = np.concatenate([vertices, leaf])
         bands = np.concatenate([bands, np.full(len(leaf), 0.5)])
     hidden = _hidden(head, neutral, angle, line, center)
-    return Garment(vertices.astype(np.float32), faces.astype(np.int32), bands.astype(np.float32), hidden)
+    return Garment(
+        vertices.astype(np.float32), faces.astype(np.int32), bands.astype(np.float32), hidden
+    )
 
 
 def _grid(rows, closed=True):
@@ -126,7 +137,7 @@ def _collar(rows, line, angle, outward):
     away = np.abs(angle)
     gap = smoothstep(0.10, 0.24, away)
     long = 20 + 36 * np.exp(-(((away - 0.40) / 0.36) ** 2))
-    top = rows[0] + [0, 13.0, 0] - outward * 5.0
+    top = rows[0] + [0, 10.0, 0] - outward * (5.0 + 5 * smoothstep(0.5, 1.5, away))[:, None]
     out = []
     for s in np.linspace(0, 1, count):
         roll = np.sin(np.pi * min(s * 5, 1)) * 2.5
@@ -161,8 +172,12 @@ def _hidden(head, neutral, angle, line, center):
 
 def cloth_inputs(subject, points, band):
     """Albedo [N, 3] linear and slope [N, 3] of cloth at rest points [N, 3] mm."""
-    folds, fold_slope = gradient_noise(points, (38, 75, 38), subject.seed + 72, octaves=3, gain=0.45)
-    knit, knit_slope = gradient_noise(points, (0.9, 1.5, 0.9), subject.seed + 73, octaves=2, gain=0.8)
+    folds, fold_slope = gradient_noise(
+        points, (38, 75, 38), subject.seed + 72, octaves=3, gain=0.45
+    )
+    knit, knit_slope = gradient_noise(
+        points, (0.9, 1.5, 0.9), subject.seed + 73, octaves=2, gain=0.8
+    )
     angle = np.arctan2(points[:, 0], points[:, 2] + 60)
     rib = np.cos(angle * 150) * band if subject.clothes != "collar" else 0 * angle
     albedo = subject.cloth_color * (1 + 0.10 * knit + 0.05 * folds + 0.10 * rib)[:, None]

@@ -57,7 +57,9 @@ class _Field:
         self.down = np.zeros_like(self.root) + [0, -1.0, 0]
         self.back = np.zeros_like(self.root) + [0, 0, -1.0]
         crown = chart.crown
-        self.top = np.clip((self.rest[:, 1] - (crown - 62)) / 40, 0, 1)[:, None]  # 1 above, 0 at the sides
+        self.top = np.clip((self.rest[:, 1] - (crown - 62)) / 40, 0, 1)[
+            :, None
+        ]  # 1 above, 0 at the sides
         self.locks = self._locks()
 
     def _locks(self, size=7.0):
@@ -96,7 +98,9 @@ def _grow(field, first, pull, length, knots, lift, stiff=0.6, clearance=0.4, wav
         upper = np.clip((point[:, 1] + 12) / 40, 0, 1)  # further down, hair hangs
         near = (lift * min(1, 2.2 * share) * upper + clearance - height) / 4.0
         near, hold = np.clip(near, -1, 1)[:, None], cling * upper[:, None]
-        heading = _unit(heading * stiff + _unit(target) * (1 - stiff) + outward * np.clip(near, -hold, 1) * 0.9)
+        heading = _unit(
+            heading * stiff + _unit(target) * (1 - stiff) + outward * np.clip(near, -hold, 1) * 0.9
+        )
         point = point + heading * step
         height, outward = field.skull.height(point)
         inside = np.clip(clearance - height, 0, None)
@@ -119,14 +123,20 @@ def _clump(points, rng, size, strength, knots):
     at = np.clip(at + (rng.random(count) * np.maximum(spread, 1)).astype(int), 0, len(order) - 1)
     mate = leaders[order[at]]
     match = (code[mate] == code)[:, None, None]
-    weight = (np.linspace(0, 1, knots) ** 1.3)[None, :, None] * strength * rng.uniform(0.3, 1, (count, 1, 1))
+    weight = (
+        (np.linspace(0, 1, knots) ** 1.3)[None, :, None]
+        * strength
+        * rng.uniform(0.3, 1, (count, 1, 1))
+    )
     return points + match * weight * (points[mate] - points)
 
 
 def _crop(f, longer=1.0):
     s = f.subject
     front = np.clip((f.rest[:, 2] - f.chart.axis) / 80, -1, 1)[:, None]
-    comb = -f.left * 0.55 * s.part + np.array([0, 0.25, 0.45]) * front + f.back * (0.5 - 0.5 * front)
+    comb = (
+        -f.left * 0.55 * s.part + np.array([0, 0.25, 0.45]) * front + f.back * (0.5 - 0.5 * front)
+    )
     flow = f.top * comb + (1 - f.top) * (f.down + f.back * 0.55)
     flow = _tangent(flow + f.locks * 0.55, f.out)
     length = (7 + 19 * f.top[:, 0] * longer) * f.rng.uniform(0.75, 1.1, f.count)
@@ -135,7 +145,7 @@ def _crop(f, longer=1.0):
     lift = 1.2 + 9 * f.top[:, 0] * longer * f.rng.uniform(0.3, 1, f.count)
     pull = lambda p, t: flow + f.down * 0.15 * t  # noqa: E731
     points = _grow(f, first, pull, length, 9, lift, 0.72)
-    return _clump(points, f.rng, 45, 0.55, 9)
+    return _clump(points, f.rng, 45, 0.2 + 0.35 * f.top[:, :, None], 9)
 
 
 def _side_part(f):
@@ -149,15 +159,17 @@ def _side_part(f):
     main = np.clip(-(f.rest[:, 0] - at) * s.part / 30, 0, 1)
     length = (11 + f.top[:, 0] * (16 + 34 * main)) * f.rng.uniform(0.8, 1.1, f.count)
     length *= 0.45 + 0.55 * f.density
-    first = flow * 0.8 + f.normal * (0.25 + 0.45 * f.top) + f.jitter(0.08)
-    lift = 1.4 + 11 * f.top[:, 0] * f.rng.uniform(0.35, 1, f.count) * (0.4 + 0.6 * main)
+    first = flow * 0.8 + f.normal * (0.22 + 0.25 * f.top) + f.jitter(0.08)
+    lift = 1.2 + 7 * f.top[:, 0] * f.rng.uniform(0.35, 1, f.count) * (0.4 + 0.6 * main)
     blend = lambda p, t: _tangent(flow + f.down * 0.5 * t * (1 - 0.5 * f.top), f.skull.height(p)[1])  # noqa: E731
     points = _grow(f, first, blend, length, 14, lift, 0.7)
-    return _clump(points, f.rng, 70, 0.6, 14)
+    return _clump(points, f.rng, 70, 0.2 + 0.4 * f.top[:, :, None], 14)
 
 
 def _thinning(f):
-    flow = f.top * (f.back * 0.9 + f.left * -0.3 * f.subject.part) + (1 - f.top) * (f.down * 0.6 + f.back)
+    flow = f.top * (f.back * 0.9 + f.left * -0.3 * f.subject.part) + (1 - f.top) * (
+        f.down * 0.6 + f.back
+    )
     flow = _tangent(flow + f.locks * 0.35, f.out)
     length = (13 + 22 * f.top[:, 0]) * f.rng.uniform(0.7, 1.1, f.count)
     first = flow * 0.8 + f.normal * 0.45 + f.jitter(0.14)
@@ -174,7 +186,9 @@ def _curly(f):
     axis = _unit(f.normal + f.jitter(0.35) + f.locks * 0.5)[:, None]
     side = _unit(np.cross(axis, f.rng.normal(size=(f.count, 1, 3))))
     other = np.cross(axis, side)
-    turn = 2 * np.pi * (1.6 + f.rng.uniform(-0.4, 0.6, (f.count, 1, 1))) * t + f.locks[:, None, :1] * 4
+    turn = (
+        2 * np.pi * (1.6 + f.rng.uniform(-0.4, 0.6, (f.count, 1, 1))) * t + f.locks[:, None, :1] * 4
+    )
     radius = 1.25 * f.rng.uniform(0.6, 1.3, (f.count, 1, 1)) * np.minimum(1, 3 * t)
     out = f.root[:, None] + axis * length[:, None, None] * t * 0.85
     return out + radius * (np.cos(turn) * side + np.sin(turn) * other)
@@ -187,11 +201,13 @@ def _bob(f):
     chin = f.chart.spot(152)[1]
     side = np.clip(np.abs(f.rest[:, :1]) / 70, 0, 1)
     face = np.clip((f.rest[:, 2:] - f.chart.axis) / 80, 0, 1)
-    toward = f.left * across * (1.0 - 0.6 * side) + f.back * (0.6 - 0.4 * face) + f.down * 0.45 * side
+    toward = (
+        f.left * across * (1.0 - 0.6 * side) + f.back * (0.6 - 0.4 * face) + f.down * 0.45 * side
+    )
     length = np.clip(f.root[:, 1] - (chin - 6), 30, None) * 1.02 + 34 * f.top[:, 0]
-    length *= f.rng.uniform(0.90, 1.03, f.count)
-    first = _tangent(toward, f.out) * 0.9 + f.normal * 0.22 + f.jitter(0.04)
-    lift = 2 + 9 * f.rng.beta(1.6, 1.4, f.count)
+    length *= 1.04 - 0.22 * f.rng.beta(1, 3, f.count)
+    first = _tangent(toward, f.out) * 0.9 + f.normal * 0.12 + f.jitter(0.04)
+    lift = 2 + 8 * f.rng.beta(1.6, 1.4, f.count) * (1 - 0.5 * f.top[:, 0])
 
     def pull(p, t):
         fall = np.clip(np.clip((42 - p[:, 1:2]) / 50, 0, 1) + 0.2 * t, 0, 1)
@@ -215,7 +231,11 @@ def _pulled_back(f):
     lift = 0.8 + 4.2 * f.rng.beta(1.4, 2, f.count) * (0.35 + 0.65 * f.top[:, 0]) + 5 * stray
 
     def pull(p, t):
-        return _tangent(knot - p, f.skull.height(p)[1]) + f.locks * 0.10 + f.jitter(0.25) * stray[:, None]
+        return (
+            _tangent(knot - p, f.skull.height(p)[1])
+            + f.locks * 0.10
+            + f.jitter(0.25) * stray[:, None]
+        )
 
     points = _grow(f, first, pull, length, 22, lift, 0.6)
     return _clump(points, f.rng, 80, 0.35, 22)

@@ -7,11 +7,11 @@ lamp is shadowed per pixel.
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 
 from bakery.geometry import harmonics
 from bakery.geometry.raster import rasterize
-from bakery.geometry.sample import bilinear
 
 FAR = 1e4  # mm: depth offset that makes the rasteriser's 1/z interpolation parallel
 
@@ -114,9 +114,54 @@ class ShadowMap:
 
     def lit(self, points, bias, soft):
         """How much [N] of the direction reaches points [N, 3]; bias and softness in mm."""
-        turned = points @ self.frame.astype(np.float32)
-        above = bilinear(self.height, (turned[:, :2] - self.low) * self.scale) - turned[:, 2]
-        return 1 - np.clip((above - bias) / soft, 0, 1)
+        out = np.zeros(len(points), np.float32)
+        points = np.ascontiguousarray(points, np.float32)
+        frame, low = self.frame.astype(np.float32), self.low.astype(np.float32)
+        _lit(points, frame, low, np.float32(self.scale), self.height, bias, soft, out)
+        return out
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def _lit(points, frame, low, scale, height, bias, soft, out):
+    rows, columns = height.shape
+    for i in range(points.shape[0]):
+        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+        x = (px * frame[0, 0] + py * frame[1, 0] + pz * frame[2, 0] - low[0]) * scale - np.float32(
+            0.5
+        )
+        y = (px * frame[0, 1] + py * frame[1, 1] + pz * frame[2, 1] - low[1]) * scale - np.float32(
+            0.5
+        )
+        z = px * frame[0, 2] + py * frame[1, 2] + pz * frame[2, 2] + np.float32(bias)
+        x = min(max(x, np.float32(0)), np.float32(columns - 1.001))
+        y = min(max(y, np.float32(0)), np.float32(rows - 1.001))
+        ix, iy = int(x), int(y)
+        fx, fy = x - ix, y - iy
+        top = height[iy, ix] * (1 - fx) + height[iy, ix + 1] * fx
+        bottom = height[iy + 1, ix] * (1 - fx) + height[iy + 1, ix + 1] * fx
+        above = (top * (1 - fy) + bottom * fy - z) / np.float32(soft)
+        out[i] = 1 - min(max(above, np.float32(0)), np.float32(1))
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def _evaluate(normals, light, out):
+    for i in range(normals.shape[0]):
+        x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
+        for c in range(3):
+            out[i, c] = (
+                harmonics.C0 * light[0, c]
+                + harmonics.C1 * (y * light[1, c] + z * light[2, c] + x * light[3, c])
+                + harmonics.C2 * (x * y * light[4, c] + y * z * light[5, c] + x * z * light[7, c])
+                + harmonics.C20 * (3 * z * z - 1) * light[6, c]
+                + harmonics.C22 * (x * x - y * y) * light[8, c]
+            )
+
+
+def shine_on(normals, light):
+    """`harmonics.irradiance` for many normals [N, 3], not below 0: [N, 3] float32."""
+    out = np.zeros((len(normals), 3), np.float32)
+    _evaluate(np.ascontiguousarray(normals, np.float32), np.asarray(light, np.float32), out)
+    return np.maximum(out, 0)
 
 
 def transfer(vertices, normals, faces, count=64, size=192, bias=2.0):

@@ -25,7 +25,9 @@ def _hash(x, y, z, seed):
 @numba.njit(cache=True, nogil=True, inline="always")
 def _unit(h, shift):
     """Ten bits of a hash as a number in -1..1."""
-    return np.float32((h >> np.uint32(shift)) & np.uint32(1023)) * np.float32(2 / 1023) - np.float32(1)
+    return np.float32((h >> np.uint32(shift)) & np.uint32(1023)) * np.float32(
+        2 / 1023
+    ) - np.float32(1)
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True)

@@ -9,7 +9,6 @@ from bakery.geometry import rotation
 from bakery.geometry.camera import crop, project, project_camera, to_camera
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
-from bakery.geometry.sample import interpolate
 from bakery.heads.base import EYES, INTERIOR, PARTS
 from bakery.synth import facial, film, garment, skin
 from bakery.synth.chart import chart_of
@@ -64,7 +63,14 @@ def dress(head, subject, detail=4.0, share=1.0):
     mask = scalp_mask(chart, subject)
     hair = grow_scalp(head, chart, subject, mask, neutral, share)
     return Wardrobe(
-        subject, head, chart, neutral, mask, hair, garment.make_garment(head, subject, neutral), share
+        subject,
+        head,
+        chart,
+        neutral,
+        mask,
+        hair,
+        garment.make_garment(head, subject, neutral),
+        share,
     )
 
 
@@ -119,7 +125,12 @@ def paint(wardrobe, scene, supersample=2, quality=1.0):
     subject, head, chart = wardrobe.subject, wardrobe.head, wardrobe.chart
     environment = scene.environment
     fine = crop(
-        scene.camera, 0, 0, scene.camera.width * supersample, scene.camera.height * supersample, supersample
+        scene.camera,
+        0,
+        0,
+        scene.camera.width * supersample,
+        scene.camera.height * supersample,
+        supersample,
     )
     height, width = fine.height, fine.width
     posed = head.vertices(wardrobe.neutral, scene.expression, scene.gaze)
@@ -164,9 +175,17 @@ def paint(wardrobe, scene, supersample=2, quality=1.0):
     if len(at):
         albedo, slope = garment.cloth_inputs(subject, still[at], shade[at, 4])
         normal = bend(smooth[at], slope @ turn.T)
-        light = diffuse(normal, smooth[at], environment, visibility[:, at], shade[at, :3], np.full(3, 0.1))
+        light = diffuse(
+            normal, smooth[at], environment, visibility[:, at], shade[at, :3], np.full(3, 0.1)
+        )
         sheen = highlights(
-            normal, view[at], np.full(len(at), 0.75, np.float32), 0.03, environment, visibility[:, at], shade[at, 3]
+            normal,
+            view[at],
+            np.full(len(at), 0.75, np.float32),
+            0.03,
+            environment,
+            visibility[:, at],
+            shade[at, 3],
         )
         image[rows[at], columns[at]] = albedo * light + 0.5 * sheen
     marks = to_camera(head.landmarks(posed), fine)
@@ -178,7 +197,11 @@ def paint(wardrobe, scene, supersample=2, quality=1.0):
         if name.startswith("eye_") and name[4:] in EYES:
             side = name[4:]
             center = centers[EYES.index(side)]
-            ball = float(np.median(np.linalg.norm(vertices[np.unique(faces[part == number])] - center, axis=1)))
+            ball = float(
+                np.median(
+                    np.linalg.norm(vertices[np.unique(faces[part == number])] - center, axis=1)
+                )
+            )
             mask = np.zeros((height, width), bool)
             mask[rows[at], columns[at]] = True
             image[rows[at], columns[at]] = shade_eye(
@@ -189,7 +212,9 @@ def paint(wardrobe, scene, supersample=2, quality=1.0):
             image[rows[at], columns[at]] = _shade_inside(
                 name, smooth[at], view[at], shade[at], visibility[:, at], environment
             )
-    linear, masks = _compose(scene, subject, seen, part, image, sets, lash, volume, environment, fine, supersample)
+    linear, masks = _compose(
+        scene, subject, seen, part, image, sets, lash, volume, environment, fine, supersample
+    )
     rng = np.random.default_rng([scene.seed, 5])
     return Picture(
         film.develop(linear, rng, scene.grain, scene.blur, scene.quality),
@@ -208,7 +233,9 @@ def _folds(expression):
     assert len(w) == len(EXPRESSION_INDEX)
     return {
         "smile": float(w["mouthSmileLeft"] + w["mouthSmileRight"]) / 2,
-        "brow_raise": float(max(w["browInnerUp"], (w["browOuterUpLeft"] + w["browOuterUpRight"]) / 2)),
+        "brow_raise": float(
+            max(w["browInnerUp"], (w["browOuterUpLeft"] + w["browOuterUpRight"]) / 2)
+        ),
         "frown": float(w["browDownLeft"] + w["browDownRight"]) / 2,
     }
 
@@ -229,14 +256,30 @@ def _visibility(points, normals, vertices, faces, environment, volume, quality):
         total = np.zeros(len(points), np.float32)
         lifted = (points + normals * 0.6).astype(np.float32)
         for toward in disc_directions(lamp, count):
-            total += ShadowMap(vertices, faces, toward, 900 if quality >= 1 else 384).lit(lifted, 0.8, 2.0)
+            total += ShadowMap(vertices, faces, toward, 900 if quality >= 1 else 384).lit(
+                lifted, 0.8, 2.0
+            )
         shadow = volume.thickness(points, lamp.direction, 1.5, 70.0)
         out[k] = total / count * np.exp(-0.14 * shadow)
     return out
 
 
 def _shade_skin(
-    image, where, is_skin, subject, chart, maps, still, smooth, view, shade, visibility, environment, turn, pixel, seen
+    image,
+    where,
+    is_skin,
+    subject,
+    chart,
+    maps,
+    still,
+    smooth,
+    view,
+    shade,
+    visibility,
+    environment,
+    turn,
+    pixel,
+    seen,
 ):
     """Fill the skin pixels of the image."""
     rows, columns = where[0][is_skin], where[1][is_skin]
@@ -266,11 +309,15 @@ def _shade_inside(name, normal, view, shade, visibility, environment):
     wet = 0.25 if name != "mouth_cavity" else 0.4
     lit = visibility * (0.8 if name.startswith("teeth") else 0.6)
     openness = shade[:, 3]
-    light = diffuse(normal, normal, environment, lit, shade[:, :3] * 1.3, np.array([0.3, 0.2, 0.15]))
+    light = diffuse(
+        normal, normal, environment, lit, shade[:, :3] * 1.3, np.array([0.3, 0.2, 0.15])
+    )
     light *= (0.25 + 0.75 * np.clip(openness * 2.2, 0, 1))[:, None]
     if name == "eye_socket":
         wet = 0.35
-    shine = highlights(normal, view, np.full(len(view), wet, np.float32), 0.04, environment, lit, openness)
+    shine = highlights(
+        normal, view, np.full(len(view), wet, np.float32), 0.04, environment, lit, openness
+    )
     return albedo * light + shine * np.clip(openness * 1.5, 0, 1)[:, None]
 
 
@@ -300,7 +347,14 @@ def _compose(scene, subject, seen, part, image, sets, lash, volume, environment,
     groups = {
         "skin": ["skin", "eye_socket"],
         "eyes": ["eye_left", "eye_right"],
-        "mouth": ["mouth_cavity", "teeth_upper", "teeth_lower", "gums_upper", "gums_lower", "tongue"],
+        "mouth": [
+            "mouth_cavity",
+            "teeth_upper",
+            "teeth_lower",
+            "gums_upper",
+            "gums_lower",
+            "tongue",
+        ],
     }
     bare = 1 - cover
     masks = {"hair": cover, "clothes": (kinds == CLOTH) * bare, "background": (kinds < 0) * bare}

@@ -43,10 +43,14 @@ def scalp_mask(chart, subject):
     x = chart.blur(rng.normal(size=(chart.height, chart.width)).astype(np.float32), 2.6)
     broad = chart.blur(rng.normal(size=x.shape).astype(np.float32), 9.0)
     mask = chart.polygon(ring, 3.4)
-    mask = smoothstep(0.2, 0.85, mask + 0.09 * x / x.std() * (mask > 0.02) + 0.05 * broad / broad.std())
+    mask = smoothstep(
+        0.2, 0.85, mask + 0.09 * x / x.std() * (mask > 0.02) + 0.05 * broad / broad.std()
+    )
     if subject.hair == "thinning":
         gx, gy = chart.grid()
-        bare = np.outer(smoothstep(spot(10)[1] - 8, spot(10)[1] + 6, gy), smoothstep(88, 52, np.abs(gx)))
+        bare = np.outer(
+            smoothstep(spot(10)[1] - 8, spot(10)[1] + 6, gy), smoothstep(88, 52, np.abs(gx))
+        )
         mask *= 1 - 0.88 * bare
     if subject.hair == "bald":
         gx, gy = chart.grid()
@@ -80,7 +84,9 @@ def sample_roots(head, chart, density, count, rng, avoid=None):
     corners = head.mean[head.faces[faces]]
     peak = np.max([chart.sample(density, corners[:, k]) for k in range(3)], 0)
     middle = chart.sample(density, corners.mean(1))
-    weight = np.linalg.norm(face_normals(head.mean, head.faces[faces]), axis=1) * np.maximum(np.maximum(peak, middle), 0)
+    weight = np.linalg.norm(face_normals(head.mean, head.faces[faces]), axis=1) * np.maximum(
+        np.maximum(peak, middle), 0
+    )
     if weight.sum() <= 0:
         return np.zeros(0, int), np.zeros((0, 3)), np.zeros((0, 3), np.float32)
     pick = rng.choice(len(faces), count, p=weight / weight.sum())
@@ -109,7 +115,13 @@ class Skull:
     ROWS, COLUMNS = 90, 180
 
     def __init__(self, head, chart, vertices):
-        skin = vertices[np.unique(head.faces[head.part_faces("skin")][~ear_faces(chart, head)[head.part_faces("skin")]])]
+        skin = vertices[
+            np.unique(
+                head.faces[head.part_faces("skin")][
+                    ~ear_faces(chart, head)[head.part_faces("skin")]
+                ]
+            )
+        ]
         upper = skin[skin[:, 1] > 15]
         self.center = np.array([0.0, 22.0, (upper[:, 2].min() + upper[:, 2].max()) / 2])
         skin = skin[skin[:, 1] > self.center[1] - 130]

@@ -124,7 +124,10 @@ def truth_table(picture):
     points = picture.landmarks
     low, high = points.min(0), points.max(0)
     face = Landmarks(
-        box=np.concatenate([low, high - low]), score=1.0, points=points, confidence=np.ones(len(points))
+        box=np.concatenate([low, high - low]),
+        score=1.0,
+        points=points,
+        confidence=np.ones(len(points)),
     )
     return faces_to_table(width, height, [face])
 

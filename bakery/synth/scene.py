@@ -27,7 +27,15 @@ class Scene:
 
 
 def portrait_camera(
-    width, height, yaw=0.0, pitch=0.0, roll=0.0, filling=0.56, distance=1150.0, middle=(0.5, 0.50), span=215.0
+    width,
+    height,
+    yaw=0.0,
+    pitch=0.0,
+    roll=0.0,
+    filling=0.56,
+    distance=1150.0,
+    middle=(0.5, 0.50),
+    span=215.0,
 ):
     """A camera that looks at the head.
 
@@ -53,14 +61,28 @@ def portrait_camera(
 
 
 def studio_light(
-    azimuth=-35.0, elevation=35.0, radius=14.0, key=0.85, fill=0.35, rim=0.0, ambient=0.30, warm=0.0, seed=0
+    azimuth=-35.0,
+    elevation=35.0,
+    radius=14.0,
+    key=0.85,
+    fill=0.35,
+    rim=0.0,
+    ambient=0.30,
+    warm=0.0,
+    seed=0,
 ):
     """A portrait's usual light: key, weaker fill from the other side, perhaps a rim, and a dome."""
     rng = np.random.default_rng([seed, 11])
     tint = np.array([1 + 0.06 * warm, 1.0, 1 - 0.09 * warm])
     lamps = [Lamp(direction(azimuth, elevation), key * tint, radius)]
     if fill:
-        lamps.append(Lamp(direction(-azimuth * 0.9 + 8, elevation * 0.4), fill * np.array([1, 1.0, 1.01]), 24.0))
+        lamps.append(
+            Lamp(
+                direction(-azimuth * 0.9 + 8, elevation * 0.4),
+                fill * np.array([1, 1.0, 1.01]),
+                24.0,
+            )
+        )
     if rim:
         lamps.append(Lamp(direction(180 - azimuth * 0.6, 30), rim * tint[::-1], 12.0))
     return Environment(tuple(lamps), dome(rng, ambient, warm))

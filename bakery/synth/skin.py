@@ -109,14 +109,21 @@ def _melanin(chart, subject, rng):
     out += 0.12 * blob(spot(152) + [0, -30], (80, 18)) + 0.06 * blob(spot(151), (30, 15))
     x = chart.blur(rng.normal(size=out.shape).astype(np.float32), 6.0)
     out += (0.035 + 0.05 * old) * x / x.std()
-    out += subject.melanin / (0.3 + subject.melanin) * 0.16 * smoothstep(35, 95, np.abs(chart.grid()[0]))
+    out += (
+        subject.melanin
+        / (0.3 + subject.melanin)
+        * 0.16
+        * smoothstep(35, 95, np.abs(chart.grid()[0]))
+    )
     for _ in range(subject.moles):
         place = [rng.uniform(-70, 70), rng.uniform(spot(152)[1] - 40, spot(10)[1])]
         size = rng.uniform(0.35, 0.95)
         out += rng.uniform(1.2, 2.6) / (0.45 + subject.melanin) * blob(place, size)
     for _ in range(int(26 * max(old - 0.5, 0))):
         place = [rng.uniform(-80, 80), rng.uniform(spot(152)[1], spot(10)[1] + 15)]
-        spot_mask = smoothstep(0.35, 0.7, blob(place, (rng.uniform(0.8, 2.6), rng.uniform(0.8, 2.2))))
+        spot_mask = smoothstep(
+            0.35, 0.7, blob(place, (rng.uniform(0.8, 2.6), rng.uniform(0.8, 2.2)))
+        )
         out += rng.uniform(0.15, 0.5) / (0.6 + subject.melanin) * spot_mask
     return out
 
@@ -132,13 +139,18 @@ def design_skin(chart, subject, scalp, smile=0.0, brow_raise=0.0, frown=0.0):
     """
     spot, blob = chart.spot, chart.blob
     lips = chart.polygon(spot(LIPS), 0.45)
-    blood, melanin = _blood(chart, subject.rng("blood")), _melanin(chart, subject, subject.rng("melanin"))
+    blood, melanin = (
+        _blood(chart, subject.rng("blood")),
+        _melanin(chart, subject, subject.rng("melanin")),
+    )
     shadow = scalp * 0.85
     beard = beard_mask(chart)
     growth = max(subject.stubble, min(subject.beard / 6, 1))
     shadow = np.maximum(shadow, beard * (0.10 * (growth > 0) + 0.26 * growth))
     for side in SIDES:
-        shadow = np.maximum(shadow, 0.30 * subject.brow_density * chart.blur(brow_mask(chart, side), 1.6))
+        shadow = np.maximum(
+            shadow, 0.30 * subject.brow_density * chart.blur(brow_mask(chart, side), 1.6)
+        )
     pigment = np.stack([melanin, blood, lips, shadow], -1)
 
     height = age_lines(chart, subject.rng("wrinkles"), subject.age, smile, brow_raise, frown)
@@ -192,15 +204,17 @@ def shade_inputs(chart, maps, subject, points, hair_color):
     fade = 0.35 + 0.65 / (1 + 0.8 * subject.melanin)
     ruddy = skin_color(
         amount * 0.72 + 0.15 + 0.16 * subject.melanin,
-        (2.5 + 0.4 * grain + 0.4 * mottle) * (0.7 + 0.4 * subject.lip_color) * (0.6 + 0.4 * fade),
+        (3.0 + 0.4 * grain + 0.4 * mottle) * (0.7 + 0.4 * subject.lip_color) * (0.6 + 0.4 * fade),
     )
     albedo = bare + (ruddy - bare) * (lips * (0.78 + 0.1 * subject.lip_color))[:, None]
 
     pore, pore_slope = gradient_noise(points, 1.15, subject.seed + 4, octaves=2, gain=0.75)
     bump, bump_slope = gradient_noise(points, 5.5, subject.seed + 5, octaves=2, gain=0.5)
-    crease, crease_slope = gradient_noise(points, (1.0, 7.0, 4.0), subject.seed + 6, octaves=2, gain=0.6)
+    crease, crease_slope = gradient_noise(
+        points, (1.0, 7.0, 4.0), subject.seed + 6, octaves=2, gain=0.6
+    )
     strength = relief[:, 3]
-    slope = pore_slope * (0.10 * (0.8 + 0.4 * old) * strength)[:, None]
+    slope = pore_slope * (0.15 * (0.8 + 0.4 * old) * strength)[:, None]
     slope += bump_slope * (0.16 + 0.12 * old) * (1 - lips)[:, None]
     slope += crease_slope * (0.26 * lips)[:, None]
     x, z = points[:, 0], points[:, 2] - chart.axis

@@ -6,7 +6,7 @@ import cv2
 import numba
 import numpy as np
 
-from bakery.geometry import harmonics
+from bakery.synth.light import shine_on
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,8 @@ class Volume:
         area = np.concatenate(
             [
                 np.repeat(
-                    s.width * np.linalg.norm(np.diff(s.points, axis=1), axis=2).sum(1), s.points.shape[1]
+                    s.width * np.linalg.norm(np.diff(s.points, axis=1), axis=2).sum(1),
+                    s.points.shape[1],
                 )
                 / s.points.shape[1]
                 for s in sets
@@ -61,7 +62,14 @@ class Volume:
         toward = np.broadcast_to(np.asarray(toward, np.float32), points.shape)
         steps = max(2, int(np.ceil(reach / self.cell)))
         out = np.zeros(len(points), np.float32)
-        _march(self.grid, points, np.ascontiguousarray(toward), np.float32(start / self.cell), steps, out)
+        _march(
+            self.grid,
+            points,
+            np.ascontiguousarray(toward),
+            np.float32(start / self.cell),
+            steps,
+            out,
+        )
         return out * self.cell
 
 
@@ -109,8 +117,8 @@ def shade_strands(strands, environment, volume, ambient_scale=1.0):
     density = 0.16 * (1 - 0.55 * np.sqrt(luminance.clip(0, 1))).reshape(count, 1) * wisp
     thick = volume.thickness(flat, outward, 2.0, 24.0).reshape(count, knots)
     sky = 0.22 + 0.78 * np.exp(-1.1 * density * thick)
-    irradiance = harmonics.irradiance(outward, environment.irradiance_ambient())
-    irradiance = np.maximum(irradiance, 0).reshape(count, knots, 3) * sky[..., None] * ambient_scale
+    irradiance = shine_on(outward, environment.irradiance_ambient())
+    irradiance = irradiance.reshape(count, knots, 3) * sky[..., None] * ambient_scale
     out = color * irradiance * 0.9
     for lamp in environment.lamps:
         thick = volume.thickness(flat, lamp.direction, 2.5, 60.0).reshape(count, knots)
@@ -125,8 +133,10 @@ def shade_strands(strands, environment, volume, ambient_scale=1.0):
         shifted = np.clip(half * np.cos(0.10) - 0.0, 0, 1)
         first = shifted ** (70 / (1 + lamp.radius / 8)) * 0.055
         second = np.clip(half, 0, 1) ** 11
-        glow = color ** 0.6 * 0.30 * second[..., None]
-        out = out + lit * (color * 0.85 * across[..., None] + strands.gloss * (first[..., None] + glow))
+        glow = color**0.6 * 0.30 * second[..., None]
+        out = out + lit * (
+            color * 0.85 * across[..., None] + strands.gloss * (first[..., None] + glow)
+        )
     return out.astype(np.float32)
 
 

@@ -71,7 +71,9 @@ def random_subject(rng, head, spread=0.7):
         spread: standard deviation of the identity coefficients; 1 is the model's own prior.
     """
     count = min(len(head.identity_basis), 60)
-    melanin = float(rng.choice([rng.uniform(0.1, 0.6), rng.uniform(0.5, 1.4), rng.uniform(1.4, 3.2)]))
+    melanin = float(
+        rng.choice([rng.uniform(0.1, 0.6), rng.uniform(0.5, 1.4), rng.uniform(1.4, 3.2)])
+    )
     age = float(rng.uniform(18, 78))
     woman = bool(rng.random() < 0.5)
     dark = ["black", "black", "dark brown"]
@@ -79,7 +81,11 @@ def random_subject(rng, head, spread=0.7):
     color = str(rng.choice(light if melanin < 0.6 else dark))
     if age > 55 and rng.random() < 0.7:
         color = str(rng.choice(["grey", "white"]))
-    styles = ["bob", "pulled_back", "side_part", "pulled_back"] if woman else ["crop", "side_part", "crop"]
+    styles = (
+        ["bob", "pulled_back", "side_part", "pulled_back"]
+        if woman
+        else ["crop", "side_part", "crop"]
+    )
     if melanin > 1.4:
         styles += ["curly", "curly"]
     if not woman and age > 45:

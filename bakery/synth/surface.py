@@ -1,10 +1,11 @@
 """Shading of skin, cloth and the inside of the mouth, pixel by pixel."""
 
 import cv2
+import numba
 import numpy as np
 
-from bakery.geometry import harmonics
 from bakery.geometry.sample import bilinear
+from bakery.synth.light import shine_on
 
 # Linear reflectance of what is not skin.
 PART_COLORS = {
@@ -21,24 +22,46 @@ SPREAD = np.array([1.9, 0.75, 0.45])
 SPREAD_SHARE = np.array([0.72, 0.55, 0.40])
 
 
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def _ggx(normal, view, light, roughness, reflectance, out):
+    for i in range(normal.shape[0]):
+        nx, ny, nz = normal[i, 0], normal[i, 1], normal[i, 2]
+        vx, vy, vz = view[i, 0], view[i, 1], view[i, 2]
+        nl = nx * light[0] + ny * light[1] + nz * light[2]
+        if nl <= 0:
+            continue
+        hx, hy, hz = vx + light[0], vy + light[1], vz + light[2]
+        length = np.sqrt(hx * hx + hy * hy + hz * hz) + np.float32(1e-9)
+        nv = max(nx * vx + ny * vy + nz * vz, np.float32(0.05))
+        nh = min(max((nx * hx + ny * hy + nz * hz) / length, np.float32(0)), np.float32(1))
+        vh = (vx * hx + vy * hy + vz * hz) / length
+        rough = min(max(roughness[i], np.float32(0.08)), np.float32(1))
+        a2 = rough * rough * rough * rough
+        bell = nh * nh * (a2 - 1) + 1
+        k = (rough + 1) * (rough + 1) * np.float32(0.125)
+        fresnel = reflectance[i] + (1 - reflectance[i]) * (1 - vh) ** 5
+        shadowing = (nl * (1 - k) + k) * (nv * (1 - k) + k)
+        out[i] = a2 / (bell * bell) * fresnel * np.float32(0.25) * nl / shadowing
+
+
 def ggx(normal, view, light, roughness, reflectance):
-    """Microfacet highlight times cosine [N] of a light direction [3].
+    """Microfacet highlight times cosine and pi [N] of a light direction [3].
 
     References:
         Walter et al., "Microfacet models for refraction through rough surfaces", EGSR 2007.
     """
-    half = view + light
-    half /= np.linalg.norm(half, axis=1, keepdims=True)
-    nl = np.clip(normal @ light, 0, 1)
-    nv = np.clip((normal * view).sum(1), 0.05, 1)
-    nh = np.clip((normal * half).sum(1), 0, 1)
-    vh = np.clip((view * half).sum(1), 0, 1)
-    a2 = np.clip(roughness, 0.08, 1) ** 4
-    spread = a2 / (np.pi * (nh * nh * (a2 - 1) + 1) ** 2)
-    k = (roughness + 1) ** 2 / 8
-    shadowing = 1 / ((nl * (1 - k) + k) * (nv * (1 - k) + k))
-    fresnel = reflectance + (1 - reflectance) * (1 - vh) ** 5
-    return spread * shadowing * fresnel * 0.25 * nl * np.pi
+    count = len(normal)
+    out = np.zeros(count, np.float32)
+    single = np.float32
+    _ggx(
+        np.ascontiguousarray(normal, single),
+        np.ascontiguousarray(view, single),
+        np.asarray(light, single),
+        np.broadcast_to(np.asarray(roughness, single), count),
+        np.broadcast_to(np.asarray(reflectance, single), count),
+        out,
+    )
+    return out
 
 
 def bend(normal, slope):
@@ -50,17 +73,17 @@ def bend(normal, slope):
 
 def highlights(normal, view, roughness, reflectance, environment, visibility, openness):
     """Mirror-like light [N, 3] of lamps and dome; `visibility` [lamps, N]."""
-    total = np.zeros((len(normal), 3))
+    total = np.zeros((len(normal), 3), np.float32)
     for lamp, lit in zip(environment.lamps, visibility):
         rough = np.sqrt(np.clip(roughness**2 + (np.radians(lamp.radius) * 0.35) ** 2, 0, 1))
         wide = ggx(normal, view, lamp.direction, np.clip(rough * 1.25, 0, 1), reflectance)
         tight = ggx(normal, view, lamp.direction, rough * 0.72, reflectance)
-        total += ((0.65 * wide + 0.35 * tight) * lit)[:, None] * lamp.color
+        total += ((0.65 * wide + 0.35 * tight) * lit)[:, None] * lamp.color.astype(np.float32)
     cosine = np.clip((normal * view).sum(1), 0.02, 1)
     mirror = 2 * cosine[:, None] * normal - view
     soft = mirror * 0.75 + normal * 0.25
     soft /= np.linalg.norm(soft, axis=1, keepdims=True)
-    sky = np.maximum(harmonics.irradiance(soft, environment.irradiance_ambient()), 0)
+    sky = shine_on(soft, environment.irradiance_ambient())
     grazing = reflectance + np.maximum(1 - roughness - reflectance, 0) * (1 - cosine) ** 5
     return total + sky * (grazing * openness**1.5 * 0.8)[:, None]
 
@@ -75,8 +98,8 @@ def diffuse(normal, smooth, environment, visibility, baked, wrap):
         wrap: how far light creeps round, per channel [3]; skin scatters red furthest.
     """
     ambient = environment.irradiance_ambient()
-    ratio = np.maximum(harmonics.irradiance(normal, ambient), 1e-3)
-    ratio /= np.maximum(harmonics.irradiance(smooth, ambient), 1e-3)
+    ratio = np.maximum(shine_on(normal, ambient), 1e-3)
+    ratio /= np.maximum(shine_on(smooth, ambient), 1e-3)
     out = baked * np.clip(ratio, 0.5, 1.6)
     for lamp, lit in zip(environment.lamps, visibility):
         fine, coarse = normal @ lamp.direction, smooth @ lamp.direction

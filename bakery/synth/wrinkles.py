@@ -52,7 +52,7 @@ def age_lines(chart, rng, age, smile=0.0, brow_raise=0.0, frown=0.0):
         smile, brow_raise, frown: 0..1, deepen crow's feet and nasolabial folds, forehead lines,
             lines between the brows.
     """
-    old = float(np.clip((age - 25) / 50, 0, 1.15))
+    old = 1.25 * float(np.clip((age - 25) / 50, 0, 1.15))
     relief = Relief(chart, rng)
     spot = chart.spot
     upper = (spot(107)[1] + spot(336)[1]) / 2
