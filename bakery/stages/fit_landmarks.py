@@ -12,6 +12,8 @@ from bakery.geometry.solve import minimize_partly_bounded
 from bakery.stages import fit_points as groups
 from bakery.types import Camera
 
+LEAST_POINTS = 12  # landmarks to place a head by
+
 
 @dataclass(frozen=True)
 class Weights:
@@ -76,11 +78,16 @@ def start_camera(model, points, confidence, focal, width, height):
     """Place the mean head by perspective-n-point.
 
     Raises:
-        FitError: no pose puts the head in front of the camera.
+        FitError: too few landmarks, or no pose puts the head in front of the camera.
     """
     center = np.array([width / 2, height / 2])
     used = confidence[: groups.FACE] > 0
     used[groups.OVAL] &= used.sum() < 60  # the contour slides; without others it must serve
+    if used.sum() < LEAST_POINTS:
+        raise FitError(
+            f"{used.sum()} landmarks have a confidence above 0, at least {LEAST_POINTS} are needed; "
+            "check the landmark file"
+        )
     intrinsic = np.array([[focal, 0, center[0]], [0, focal, center[1]], [0, 0, 1.0]])
     found, vector, translation = cv2.solvePnP(
         model.mean[used], points[: groups.FACE][used], intrinsic, None, flags=cv2.SOLVEPNP_SQPNP

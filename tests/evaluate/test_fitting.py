@@ -1,0 +1,57 @@
+import numpy as np
+import pytest
+
+from bakery.errors import InputError
+from bakery.evaluate import fitting
+from bakery.geometry import rotation
+from bakery.heads.file import load_head
+
+
+def test_similarity_recovers_itself():
+    rng = np.random.default_rng(0)
+    points = rng.normal(size=(30, 3))
+    turn = rotation.matrix([0.3, -0.5, 0.2])
+    scale, found, shift = fitting.similarity(points, 1.7 * points @ turn.T + [1, 2, 3])
+    np.testing.assert_allclose(scale, 1.7)
+    np.testing.assert_allclose(found, turn, atol=1e-12)
+    np.testing.assert_allclose(shift, [1, 2, 3])
+
+
+def test_closest_points_of_a_triangle():
+    vertices = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0]], float)
+    points = np.array([[1, 1, 2], [-1, -1, 0], [2, -3, 0], [4, 4, 0], [9, 0, 0]], float)
+    closest, distance = fitting.closest_points(points, vertices, np.array([[0, 1, 2]]))
+    np.testing.assert_allclose(closest, [[1, 1, 0], [0, 0, 0], [2, 0, 0], [2, 2, 0], [4, 0, 0]])
+    np.testing.assert_allclose(distance, [2, 2**0.5, 3, 8**0.5, 5])
+
+
+def test_a_moved_and_scaled_copy_has_no_surface_error():
+    rng = np.random.default_rng(1)
+    grid = np.stack(np.meshgrid(np.arange(12.0), np.arange(12.0)), -1).reshape(-1, 2)
+    vertices = np.column_stack([grid, np.sin(grid[:, 0]) + 0.3 * grid[:, 1] ** 1.5])
+    corner = np.arange(11)[:, None] * 12 + np.arange(11)
+    faces = np.concatenate(
+        [
+            np.stack([corner, corner + 1, corner + 12], -1).reshape(-1, 3),
+            np.stack([corner + 1, corner + 13, corner + 12], -1).reshape(-1, 3),
+        ]
+    )
+    moved = 1.2 * vertices @ rotation.matrix([0.1, 0.2, 0.3]).T + [3, 1, 2]
+    start = rng.choice(len(vertices), 20)
+    error = fitting.surface_error(moved, vertices, faces, moved[start], vertices[start])
+    assert error.max() < 1e-6
+
+
+def test_a_head_fits_its_own_synthetic_portrait():
+    head = load_head("makehuman")
+    row = next(fitting.measure_synthetic(head, head, count=1))
+    assert row["surface_mm"] < 1.5
+    assert fitting.summarize([row])["all"]["photos"] == 1
+
+
+def test_a_folder_without_points(tmp_path):
+    with pytest.raises(InputError, match="dense478"):
+        next(fitting.measure_folder(tmp_path, load_head("makehuman")))
+    np.savez(tmp_path / "dense478.npz", names=np.array(["a/b.jpg"]), points=np.zeros((1, 478, 3)))
+    with pytest.raises(InputError, match="names no photo"):
+        next(fitting.measure_folder(tmp_path, load_head("makehuman"), ("c",)))
