@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from bakery.geometry.sample import bilinear
 from bakery.synth.chart import smoothstep
 from bakery.synth.noise import gradient_noise
 
@@ -65,6 +66,7 @@ def make_garment(head, subject, neutral):
     center = float((neck[:, 2].min() + neck[:, 2].max()) / 2)
     low = skin[skin[:, 1] < bottom + 115]
     profile, levels = _profile(low, center)
+    profile = profile.astype(np.float32)
     half = float(np.abs(neck[:, 0]).max())
 
     angle = (np.arange(AROUND) / AROUND - 0.5) * 2 * np.pi
@@ -88,7 +90,8 @@ def make_garment(head, subject, neutral):
         shell = 1 / np.power(
             np.abs(np.sin(angle) / out_x) ** 2.2 + np.abs(front / out_z) ** 2.2, 1 / 2.2
         )
-        tight = 3.0 + np.array([np.interp(v, levels, profile[:, k]) for k, v in enumerate(y)])
+        row = (y - levels[0]) / (levels[1] - levels[0]) + 0.5
+        tight = 3.0 + bilinear(profile, np.stack([np.arange(AROUND) + 0.5, row], -1))
         tight = np.max([np.roll(tight, k) for k in range(-3, 4)], 0)
         neck = (subject.clothes == "turtleneck") & (y > bottom + 40)
         rows.append(np.stack([y, tight, np.where(neck, tight, np.maximum(shell, tight))]))

@@ -4,6 +4,7 @@ import hashlib
 
 import numpy as np
 
+from bakery.errors import InputError
 from bakery.formats.files import write_bytes
 from bakery.formats.image import write_image
 from bakery.formats.record import dump, faces_to_table
@@ -142,8 +143,18 @@ def write(head, folder, names=None, quality=93):
 
     Yields:
         Path of each picture once it is written.
+
+    Raises:
+        InputError: a name is not one of `people`.
     """
-    for name, (subject, scene) in people(head).items():
+    known = people(head)
+    wrong = sorted(set(names or ()) - set(known))
+    if wrong:
+        raise InputError(
+            f"{', '.join(wrong)}: no such sample; known: {', '.join(known)}; name some of these or none"
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, (subject, scene) in known.items():
         if names and name not in names:
             continue
         picture = paint(dress(head, subject), scene)

@@ -28,10 +28,8 @@ class Relief:
         fade *= np.clip(1 + 0.35 * np.roll(noise, 20), 0.3, 1.5)
         layer = self.layers.setdefault(round(width, 1), self.chart.blank())
         points = np.round((self.chart.pixels(path) - 0.5) * 16).astype(np.int32)
-        single = self.chart.blank()
-        for a, b, strength in zip(points[:-1], points[1:], fade):
-            cv2.line(single, a.tolist(), b.tolist(), float(strength), 1, cv2.LINE_AA, 4)
-        np.maximum(layer, single * depth, out=layer)
+        for a, b, strength in zip(points[:-1], points[1:], fade * depth):
+            cv2.line(layer, a.tolist(), b.tolist(), float(strength), 1, cv2.LINE_AA, 4)
 
     def height(self):
         """The height map [H, W] mm: each groove a valley between low shoulders."""
