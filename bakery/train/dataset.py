@@ -225,7 +225,7 @@ class Faces:
             canvas: [H, W, 3] uint8, what lies behind.
 
         Returns:
-            picture [H, W, 3] uint8, points [478, 2] pixels
+            picture [H, W, 3] uint8, points [478, 2] pixels, covered [H, W] 0..1: not canvas
         """
         height, width = canvas.shape[:2]
         scale = float(np.sqrt(abs(np.linalg.det(linear))))
@@ -245,7 +245,7 @@ class Faces:
             picture = augment.glasses(rng, picture, points, scale)
         while rng.random() < 0.25:
             picture = augment.occlude(rng, picture, points, scale)
-        return picture, points
+        return picture, points, keep[..., 0]
 
 
 def _open_jaw(shape, amount):
@@ -283,25 +283,14 @@ class PointsSamples:
         rng = np.random.default_rng((self.seed, 1, index))
         faces = self.faces
         canvas = faces.backgrounds.cut(rng, CROP, CROP)
-        present = rng.random() > 0.1
+        present = rng.random() > 0.15
         target = np.zeros((frames.POINTS, 2), np.float32)
         if present:
-            relief, posed, opened = faces.posed(rng)
-            flip = rng.random() < 0.5
-            if flip:
-                posed[:, 0] *= -1
-            points = posed[: frames.POINTS, :2]
-            frame = frames.frame_of_points(points[faces.order] if flip else points)
             near = 1.0 if rng.random() < 0.5 else 0.3  # first and second look
             roll = rng.normal(0, np.radians(9) * near)
-            if rng.random() < 0.1:
+            if rng.random() < 0.15:
                 roll += rng.uniform(-0.6, 0.6)
-            scale = CROP / (frame.size * frames.CROP_MARGIN) * np.exp(rng.normal(0, 0.12 * near))
-            linear = frames.rotation(roll - frame.roll) * scale
-            shift = rng.normal(0, 0.06 * near, 2) * CROP
-            offset = CROP / 2 - linear @ frame.center + shift
-            picture, points = faces.paint(rng, relief, posed, opened, linear, offset, canvas)
-            points = points[faces.order] if flip else points
+            picture, points = self.framed(rng, canvas, near, roll)
             target = (points / CROP - 0.5).astype(np.float32)
         else:
             picture = self.without_face(rng, canvas)
@@ -309,19 +298,59 @@ class PointsSamples:
         picture = cut_borders(rng, picture, 0.12)
         return _planes(picture), target, np.float32(present)
 
-    def without_face(self, rng, canvas):
-        """Background, or a person at a wrong place or size, face not in the crop."""
+    def framed(self, rng, canvas, near, roll):
+        """A face in its crop, off by about `near` times the finder's errors.
+
+        Returns:
+            picture [S, S, 3] uint8 BGR, points [478, 2] pixels
+        """
+        faces = self.faces
+        relief, posed, opened = faces.posed(rng)
+        order = slice(None)
         if rng.random() < 0.5:
+            posed[:, 0] *= -1
+            order = faces.order
+        frame = frames.frame_of_points(posed[: frames.POINTS, :2][order])
+        scale = CROP / (frame.size * frames.CROP_MARGIN) * np.exp(rng.normal(0, 0.12 * near))
+        linear = frames.rotation(roll - frame.roll) * scale
+        offset = CROP / 2 - linear @ frame.center + rng.normal(0, 0.06 * near, 2) * CROP
+        picture, points, _ = faces.paint(rng, relief, posed, opened, linear, offset, canvas)
+        return picture, points[order]
+
+    def without_face(self, rng, canvas):
+        """Background; a person at a wrong place or size; a face painted over or far from upright."""
+        kind = rng.random()
+        if kind < 0.4:
             return canvas
+        if kind < 0.55:
+            return self.framed(rng, canvas, 1.0, np.pi + rng.uniform(-1.7, 1.7))[0]
+        if kind < 0.75:
+            picture, points = self.framed(rng, canvas, 0.5, rng.normal(0, 0.15))
+            return cover_face(rng, picture, points, self.faces.backgrounds)
         relief, posed, opened = self.faces.posed(rng)
         scale = CROP * rng.choice([rng.uniform(0.12, 0.3), rng.uniform(2, 4)])
         linear = frames.rotation(rng.uniform(-1, 1)) * scale
         angle = rng.uniform(0, 2 * np.pi)
         shift = (0.55 * CROP + 0.35 * scale) * np.array([np.cos(angle), np.sin(angle)])
-        picture, _ = self.faces.paint(
-            rng, relief, posed, opened, linear, CROP / 2 + shift, canvas
-        )
-        return picture
+        offset = CROP / 2 + shift
+        return self.faces.paint(rng, relief, posed, opened, linear, offset, canvas)[0]
+
+
+def cover_face(rng, picture, points, backgrounds):
+    """Paint over a whole face with a plain or textured patch: hair and shoulders alone stay."""
+    frame = frames.frame_of_points(points)
+    height, width = picture.shape[:2]
+    if rng.random() < 0.5:
+        patch = backgrounds.cut(rng, height, width)
+    else:
+        cheek = np.clip(points[rng.integers(468)].astype(int), 0, (width - 1, height - 1))
+        patch = np.broadcast_to(picture[cheek[1], cheek[0]], picture.shape)
+    covered = np.zeros((height, width), np.float32)
+    axes = int(0.5 * frame.size) + 1, int(0.58 * frame.size) + 1
+    middle = tuple(frame.center.astype(int).tolist())
+    cv2.ellipse(covered, middle, axes, np.degrees(frame.roll), 0, 360, 1.0, -1)
+    covered = cv2.GaussianBlur(covered, (0, 0), 1.5)[..., None]
+    return (picture + (patch.astype(np.float32) - picture) * covered).astype(np.uint8)
 
 
 class FinderSamples:
@@ -352,31 +381,31 @@ class FinderSamples:
             else:
                 order = slice(None)
             frame = frames.frame_of_points(posed[: frames.POINTS, :2][order])
-            roll = np.radians(np.clip(rng.normal(0, 18), -42, 42))
+            roll = rng.normal(0, 14) if rng.random() < 0.6 else rng.uniform(-42, 42)
+            roll = np.radians(np.clip(roll, -42, 42))
             linear = frames.rotation(roll - frame.roll) * (size / frame.size)
             offset = center - linear @ frame.center
-            picture, points = faces.paint(rng, relief, posed, opened, linear, offset, picture)
-            placed.append((center, size, roll))
-        if rng.random() < 0.2:
-            picture = self.hide_something(rng, picture, placed)
+            behind = picture
+            picture, points, covered = faces.paint(
+                rng, relief, posed, opened, linear, offset, picture
+            )
+            if any(_share_covered(covered, c, s) > 0.05 for c, s, _ in placed):
+                picture = behind
+                continue
+            if rng.random() < 0.12:
+                picture = cover_face(rng, picture, points[order], faces.backgrounds)
+            else:
+                placed.append((center, size, roll))
         picture = augment.photograph(rng, picture, 0.8)
         picture = cut_borders(rng, picture, 0.1, [(c, s) for c, s, _ in placed])
         return _planes(picture), finder_target(placed, CANVAS // FINDER_STRIDE)
 
-    def hide_something(self, rng, picture, placed):
-        """Paint over one face, so that hair and shoulders alone are no face."""
-        if not placed:
-            return picture
-        center, size, _ = placed.pop(rng.integers(len(placed)))
-        patch = self.faces.backgrounds.cut(rng, *picture.shape[:2])
-        if rng.random() < 0.5:
-            patch = np.full_like(picture, picture[int(np.clip(center[1], 0, CANVAS - 1)),
-                                                  int(np.clip(center[0], 0, CANVAS - 1))])
-        covered = np.zeros(picture.shape[:2], np.float32)
-        axes = int(0.5 * size) + 1, int(0.58 * size) + 1
-        cv2.ellipse(covered, tuple(center.astype(int).tolist()), axes, 0, 0, 360, 1.0, -1)
-        covered = cv2.GaussianBlur(covered, (0, 0), 1.5)[..., None]
-        return (picture + (patch.astype(np.float32) - picture) * covered).astype(np.uint8)
+
+def _share_covered(covered, center, size):
+    """Share of a face that something painted later lies on."""
+    y, x = np.mgrid[: covered.shape[0], : covered.shape[1]]
+    inside = np.hypot(x - center[0], y - center[1]) < 0.5 * size
+    return float(covered[inside].mean()) if inside.any() else 0.0
 
 
 def finder_target(placed, cells):
