@@ -21,7 +21,8 @@ from bakery.stages.fit_landmarks import (
     start_camera,
 )
 from bakery.stages.fit_photo import fit_photo
-from bakery.stages.warp import residual_offsets, unfolded_residual
+from bakery.stages.fit_samples import choose_samples
+from bakery.stages.warp import residual_offsets, unfolded_residual, warp_weights
 from bakery.types import EXPRESSIONS, Fit
 
 FILM_DIAGONAL = 43.27  # mm, of the 35 mm frame that EXIF focal lengths refer to
@@ -55,7 +56,11 @@ def landmark_model(head, modes):
 def prepare(head, options=FitOptions()):
     """Build what every fit of this head shares, so that the first is as fast as the next."""
     landmark_model(head, options.modes)
-    residual_offsets(head, np.ones((groups.FACE, 3)))
+    warp_weights(head)
+    if options.photometric:
+        basis = load_albedo()
+        for count in options.level_samples:
+            choose_samples(head, landmark_model(head, options.modes), basis, count)
 
 
 def focal_length(photo, options):

@@ -72,7 +72,16 @@ def chart(head, layout):
     miss = layout - cylinder(at_landmarks(mean))
     points = at_landmarks(apart)
     gram = kernel(points, points) + 1e-2 * np.eye(groups.FACE)
-    return cylinder(mean) + kernel(apart, points) @ np.linalg.solve(gram, miss)
+    weight = np.linalg.solve(gram, miss).astype(np.float32)
+    return cylinder(mean) + kernel(apart.astype(np.float32), points) @ weight
+
+
+def vertex_chart(head, basis):
+    """`chart` of a head on a basis's layout, computed once and kept on the head."""
+    kept = head.__dict__.get("_vertex_chart")
+    if kept is None or kept[0] is not basis:
+        kept = head.__dict__["_vertex_chart"] = (basis, chart(head, basis.layout))
+    return kept[1]
 
 
 def vertex_albedo(head, basis):
@@ -84,7 +93,7 @@ def vertex_albedo(head, basis):
     kept = head.__dict__.get("_vertex_albedo")
     if kept is None or kept[0] is not basis:
         size = basis.mean.shape[0]
-        points = np.clip(chart(head, basis.layout), 0, 1) * size
+        points = np.clip(vertex_chart(head, basis), 0, 1) * size
         mean = bilinear(basis.mean, points)
         modes = np.stack([bilinear(mode, points) for mode in basis.modes])
         kept = head.__dict__["_vertex_albedo"] = (basis, mean, modes)

@@ -70,7 +70,7 @@ def choose_samples(head, model, basis, count):
 def _even_faces(head, basis, count):
     """Corners [N, 3] of front faces, one a cell of the finest grid with at most `count` cells."""
     faces = head.faces[head.part_faces("skin")]
-    centers = fit_albedo.chart(head, basis.layout)[faces].mean(1)
+    centers = fit_albedo.vertex_chart(head, basis)[faces].mean(1)
     normals = mesh.face_normals(head.mean.astype(np.float64), faces)
     usable = normals[:, 2] > 0.2 * np.linalg.norm(normals, axis=1)
     usable &= _within(centers, cv2.convexHull(basis.layout.astype(np.float32))[:, 0])
@@ -82,15 +82,22 @@ def _even_faces(head, basis, count):
     def cells(fineness):
         return np.floor(centers[candidates] * fineness).astype(int) @ [1, 1000]
 
-    fineness = max(n for n in range(4, 400) if len(np.unique(cells(n))) <= count)
-    return faces[candidates[np.unique(cells(fineness), return_index=True)[1]]]
+    low, high = 4, 400
+    while high - low > 1:
+        middle = (low + high) // 2
+        few = len(np.unique(cells(middle))) <= count
+        low, high = (middle, high) if few else (low, middle)
+    return faces[candidates[np.unique(cells(low), return_index=True)[1]]]
 
 
 def _within(points, polygon):
-    """Which points [N, 2] lie inside a polygon [M, 2]: [N] bool."""
-    return np.array(
-        [cv2.pointPolygonTest(polygon, (float(x), float(y)), False) > 0 for x, y in points]
-    )
+    """Which points [N, 2] lie inside a polygon [M, 2] (even-odd rule): [N] bool."""
+    x, y = points.T
+    inside = np.zeros(len(points), bool)
+    for (ax, ay), (bx, by) in zip(polygon, np.roll(polygon, -1, 0)):
+        if ay != by:
+            inside ^= ((ay > y) != (by > y)) & (x < (bx - ax) * (y - ay) / (by - ay) + ax)
+    return inside
 
 
 def pyramid(photo, points, skin, widths):
