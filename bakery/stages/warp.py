@@ -13,6 +13,7 @@ REACH = 22.0  # mm, length scale of the displacement field; three of them away i
 FINE = 7.0  # mm, a second, shorter scale, so that lids and lips can follow their own landmarks
 FINE_SHARE = 0.15  # of the variance that the short scale has
 FOLDS_FROM = 0.5  # sum of weights from which a face of skin is watched for folding
+SLIVER = 0.03  # mm2; smaller faces, as deep in the corner of the mouth, may turn over unseen
 NOISE = 0.02  # share of the variance at a landmark of full confidence
 
 
@@ -134,6 +135,8 @@ def _build(head):
     rows = np.flatnonzero(strength > 1e-2)
     faces = head.faces[head.part_faces("skin")]
     faces = faces[(strength[faces] > FOLDS_FROM).any(1)]
+    area = np.linalg.norm(mesh.face_normals(head.mean, faces), axis=1) / 2
+    faces = faces[area > SLIVER]
     skin, faces = np.unique(faces, return_inverse=True)
     return WarpWeights(rows, matrix[rows], prior, skin, matrix[skin], faces.reshape(-1, 3))
 
