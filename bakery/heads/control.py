@@ -170,3 +170,12 @@ def learned_smile(raw, field):
     expression[EXPRESSION_INDEX["mouthSmileLeft"]] = field * left[:, None]
     expression[EXPRESSION_INDEX["mouthSmileRight"]] = field * (1 - left)[:, None]
     return replace(raw, expression=expression)
+
+
+def raise_lids(raw, share=0.8):
+    """The head whose lids follow the eye up: eyeLookUp takes a share of eyeWide."""
+    expression = raw.expression.copy()
+    for side in ("Left", "Right"):
+        wide = raw.expression[EXPRESSION_INDEX["eyeWide" + side]]
+        expression[EXPRESSION_INDEX["eyeLookUp" + side]] += share * wide
+    return replace(raw, expression=expression)

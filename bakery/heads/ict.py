@@ -69,6 +69,7 @@ BOXES = {
     "eye_left": (0.108, 0.796, 0.1, 0.1),
     "eye_right": (0.004, 0.796, 0.1, 0.1),
 }
+CLOSE = 1.12  # of eyeBlink: the source leaves a slit for its lash cards to hide
 TONGUE_OUT = np.array([0.0, -4.0, 26.0])  # mm; the source has no such shape
 
 
@@ -179,7 +180,7 @@ def arkit_shapes(source, tongue):
         found = [source.expression[n] for n in names if n in source.expression]
         if not found:
             raise InputError(f"ICT-FaceKit here lacks the shape {name}; give its whole folder")
-        out[k] = 10 * sum(found)
+        out[k] = 10 * sum(found) * (CLOSE if name.startswith("eyeBlink") else 1)
         inside = slice(_start("gums_tongue"), dict(PIECES)["teeth"])
         if not name.startswith("jaw"):  # noise of up to 0.3 mm in the source
             out[k, inside] = 0
@@ -320,7 +321,7 @@ def build(source):
             ball.center - origin, ball.radius, ball.iris, ball.center_modes, ball.scale_modes
         )
         patches.append(boxed(eyeball(side, ball), BOXES["eye_" + side]))
-        patches.append(boxed(eye_cap(side, ball, 0.05), BOXES["eye_cap_" + side]))
+        patches.append(boxed(eye_cap(side, ball, -0.2), BOXES["eye_cap_" + side]))
     head = join(patches, "ict", LICENCE, SOURCE, {name: BOXES[name] for name in CARRIERS})
     known = known_landmarks("ict")
     return on_faces(head, known["faces"], known["barycentric"]) if known else head

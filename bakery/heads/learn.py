@@ -4,13 +4,10 @@ Build-time only: needs scipy. What is kept are a few hundred numbers about the p
 own shape.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
-from bakery.heads.embed import mirror_points
 from bakery.heads.makehuman import MODES, refined_flesh
 from bakery.heads.place import MESH, eye_distance, place
 from bakery.types import EXPRESSION_INDEX

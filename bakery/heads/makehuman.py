@@ -13,6 +13,7 @@ from bakery.heads.control import (
     close_lips,
     learned_prior,
     learned_smile,
+    raise_lids,
     rings,
     symmetric,
     triangles_of,
@@ -183,7 +184,7 @@ def prepare(raw, known):
         raw = learned_prior(raw, known["prior_mean"], known["prior_modes"])
     else:
         raw = replace(raw, sliders=raw.sliders[:MODES])
-    raw = close_lips(raw)
+    raw = raise_lids(close_lips(raw))
     return learned_smile(raw, known["smile"]) if "smile" in known else raw
 
 
