@@ -13,6 +13,10 @@ from bakery.errors import InputError
 LARGEST = 512 * 2**20  # bytes; the largest picture that is accepted, uncompressed, has less
 
 
+class DiskError(InputError):
+    """A write failed: the input is good, the place is not."""
+
+
 def digest(data):
     """SHA-256 of bytes, as hexadecimal text."""
     return hashlib.sha256(data).hexdigest()
@@ -57,7 +61,7 @@ def write_bytes(path, data):
     """Write a file at once: the old one stays until the new one is complete.
 
     Raises:
-        InputError: the disk is full or read-only, or the folder cannot be written.
+        DiskError: the disk is full or read-only, or the folder cannot be written.
     """
     path = Path(path)
     temporary = None
@@ -78,7 +82,7 @@ def write_bytes(path, data):
 
 
 def disk_error(path, error):
-    """The OSError of a write as an InputError that says what to do."""
+    """The OSError of a write as a DiskError that says what to do."""
     advice = {
         errno.ENOSPC: "free some space, or write to another disk",
         errno.EDQUOT: "free some space, or write to another disk",
@@ -87,7 +91,7 @@ def disk_error(path, error):
         errno.ENAMETOOLONG: "give a shorter name",
     }.get(error.errno, "check the path")
     reason = error.strerror or type(error).__name__
-    return InputError(f"{path}: cannot be written ({reason}); {advice}")
+    return DiskError(f"{path}: cannot be written ({reason}); {advice}")
 
 
 def _umask():

@@ -13,8 +13,8 @@ import os
 import shutil
 from pathlib import Path
 
-from bakery.errors import InputError
-from bakery.formats.files import digest, disk_error, write_bytes
+from bakery.errors import BakeryError, InputError
+from bakery.formats.files import DiskError, digest, disk_error, write_bytes
 from bakery.formats.place import locked_folder, prefix
 
 log = logging.getLogger(__name__)
@@ -97,6 +97,13 @@ def work_folder(target, folder=None):
         for stale in place.glob(".new-*"):
             with contextlib.suppress(OSError):
                 stale.unlink()
-        yield Work(place)
-        if not kept:
-            shutil.rmtree(place, ignore_errors=True)
+        keep = kept
+        try:
+            yield Work(place)
+        except BaseException as error:
+            # Interrupted, or the disk was full: the next run goes on. A refused photo leaves nothing.
+            keep = kept or not isinstance(error, BakeryError) or isinstance(error, DiskError)
+            raise
+        finally:
+            if not keep:
+                shutil.rmtree(place, ignore_errors=True)

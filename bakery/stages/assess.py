@@ -22,7 +22,7 @@ class Limits:
     """Where warnings begin: beyond what neutral, evenly lit portraits of london/train measure."""
 
     expression: float = 0.3  # weight of what is not neutral, see `_expression`; neutral: up to 0.2
-    open_mouth: float = 0.04  # gap between the lips over the mouth's width; neutral: up to 0.01
+    open_mouth: float = 0.06  # gap between the lips over the mouth's width; neutral: up to 0.01
     yaw: float = 20.0  # degrees
     pitch: float = 20.0  # degrees
     closed_eyes: float = 0.13  # at least: lid opening over the eye's width; neutral: from 0.21

@@ -141,6 +141,10 @@ def test_work_stays_after_a_failure_or_where_asked(tmp_path):
         raise ZeroDivisionError
     with work_folder(tmp_path / "a.avatar") as work:
         assert work.get("x", "key") == b"data"
+    with pytest.raises(InputError), work_folder(tmp_path / "b.avatar") as work:
+        work.put("x", "key", b"data")
+        raise InputError("no face")
+    assert not list(tmp_path.glob(".bakery*"))
     with work_folder(tmp_path / "a.avatar", tmp_path / "kept") as work:
         work.put("x", "key", b"data")
     assert Work(tmp_path / "kept").get("x", "key") == b"data"
