@@ -53,8 +53,10 @@ def lip_occlusion(part, depth, focal, lip_depth):
     far = cv2.GaussianBlur(opening, (0, 0), max(5.0 * per_mm, 1.0))
     behind = np.where(mouth, np.maximum(depth - lip_depth, 0), 0)
     deep = 1 / (1 + (behind / 17.0) ** 2)
-    sky = smoothstep(0.25, 0.95, near) * 0.75 + 0.25
-    wide = 0.55 + 0.45 * smoothstep(0.1, 0.6, far)
+    # Real smiles show teeth almost evenly lit up to the lips and dark only in the corners: the shade
+    # of the lips takes less than half, depth takes the rest.
+    sky = 0.55 + 0.45 * smoothstep(0.25, 0.95, near)
+    wide = 0.75 + 0.25 * smoothstep(0.1, 0.6, far)
     return np.where(mouth, sky * wide * deep, 1).astype(np.float32)
 
 

@@ -3,8 +3,9 @@
 import numpy as np
 
 NEAREST = 50
-# The bandwidth is set by the mouth at this rank: enough company for a median, few enough to be sharp.
-RANK = 6
+# The third nearest mouth gets exp(-2) of the weight of a perfect match. Wider company blurs teeth: on
+# smiles of london/train the lips region lost 0.4 dB with the bandwidth at the sixth.
+RANK = 2
 
 
 def neighbours(database, landmarks, count=NEAREST):
@@ -23,7 +24,7 @@ def neighbours(database, landmarks, count=NEAREST):
     order = np.argsort(-correlation, kind="stable")[:count]
     distance = 1 - correlation[order]
     bandwidth = max(distance[min(RANK, len(order) - 1)], 1e-7)
-    weight = np.exp(-distance / bandwidth * 1.5)
+    weight = np.exp(-2 * distance / bandwidth)
     return order, weight / weight.sum()
 
 

@@ -164,22 +164,49 @@ RANGE = (  # what moves the lips besides speech
     "mouthLowerDownLeft mouthLowerDownRight mouthFunnel mouthPucker mouthLeft mouthRight "
     "mouthRollLower mouthRollUpper mouthShrugUpper mouthShrugLower tongueOut"
 ).split()
+ONE_SIDED = ("jawLeft", "jawRight", "mouthLeft", "mouthRight")  # no mirrored twin at the same time
 
 
-def candidate_poses(rng, count=6000):
-    """Random talking and expressive mouths [count, E]; the first is neutral."""
+SMILES = (  # what real smiles are made of, each with its range
+    ("mouthSmile", 0.2, 1.0), ("mouthUpperUp", 0.0, 0.8), ("mouthLowerDown", 0.0, 0.7),
+    ("mouthDimple", 0.0, 0.5), ("mouthStretch", 0.0, 0.4), ("mouthPress", 0.0, 0.3),
+)  # fmt: skip
+
+
+def talking(rng):
+    """A random mix of visemes [E], at times with a smile or a frown on it."""
     visemes = np.stack([weights(mix) for mix in VISEMES.values()])
-    number = {name: EXPRESSIONS.index(name) for name in EXPRESSIONS}
-    out = np.zeros((count, len(EXPRESSIONS)), np.float32)
-    for row in range(1, count):
-        a, b = rng.integers(len(visemes), size=2)
-        pose = rng.uniform(0.4, 1.3) * visemes[a] + rng.uniform(0, 0.6) * visemes[b]
-        for name in rng.choice(RANGE, rng.integers(0, 4), replace=False):
-            amount = rng.uniform(0, 0.9)
-            pose[number[name]] += amount
-            twin = name.replace("Left", "Right") if "Left" in name else name.replace("Right", "Left")
-            paired = twin != name and not name.startswith("jaw") and name not in ("mouthLeft", "mouthRight")
-            if paired and rng.random() < 0.75:
-                pose[number[twin]] += amount * rng.uniform(0.7, 1.0)
-        out[row] = np.clip(pose, 0, 1)
-    return out
+    a, b = rng.integers(len(visemes), size=2)
+    pose = rng.uniform(0.4, 1.3) * visemes[a] + rng.uniform(0, 0.6) * visemes[b]
+    if rng.random() < 0.5:
+        pose = pose + rng.uniform(0, 0.6) * smiling(rng)
+    return np.clip(pose, 0, 1)
+
+
+def smiling(rng):
+    """A random smile or laugh [E], nearly symmetric, from closed to wide open."""
+    mix = {}
+    for name, low, high in SMILES:
+        amount = rng.uniform(low, high) * (rng.random() < 0.75)
+        for side in ("Left", "Right"):
+            mix[name + side] = amount * rng.uniform(0.85, 1.0)
+    mix["jawOpen"] = rng.uniform(0, 0.45) * (rng.random() < 0.7)
+    return weights(mix)
+
+
+def ranging(rng):
+    """A random pose [E] anywhere in what lips and jaw can do."""
+    pose = 0.7 * talking(rng)
+    for name in rng.choice(RANGE, rng.integers(1, 4), replace=False):
+        amount = rng.uniform(0, 0.9)
+        pose[EXPRESSIONS.index(name)] += amount
+        twin = name.replace("Left", "Right") if "Left" in name else name.replace("Right", "Left")
+        if twin in RANGE and name not in ONE_SIDED and rng.random() < 0.75:
+            pose[EXPRESSIONS.index(twin)] += amount * rng.uniform(0.7, 1.0)
+    return np.clip(pose, 0, 1)
+
+
+def candidate_poses(rng, make, count):
+    """Random poses [count, E] of one kind; the first is rest."""
+    rest = np.zeros(len(EXPRESSIONS), np.float32)
+    return np.stack([rest] + [make(rng) for _ in range(count - 1)]).astype(np.float32)

@@ -4,7 +4,14 @@ import json
 
 import numpy as np
 
-from bakery.stages.texture_mouth import candidate_poses, mouth_landmarks, spread
+from bakery.stages.texture_mouth import (
+    candidate_poses,
+    mouth_landmarks,
+    ranging,
+    smiling,
+    spread,
+    talking,
+)
 from bakery.types import EXPRESSIONS
 
 GAZE_FIELD = (32.0, 24.0)  # degrees, half axes of the ellipse that eyes turn in without the head
@@ -23,17 +30,26 @@ def gaze_directions(count=20, field=GAZE_FIELD):
     return np.round(np.array(out), 2)
 
 
-def mouth_poses(head, count=300, seed=1):
-    """Poses [count, E] spread evenly over what lips do; the first is neutral."""
-    candidates = candidate_poses(np.random.default_rng(seed))
+# Kinds of poses and how many of them. Chosen by landmarks alone, extreme grimaces would take nearly
+# all places, and talk and smiles, which avatars do all day, would be left with few.
+KINDS = ((talking, 0.35), (smiling, 0.35), (ranging, 0.3))
+
+
+def mouth_poses(head, count=300, seed=1, candidates=1500):
+    """Poses [count, E], each kind spread evenly over what lips do in it; the first is neutral."""
+    rng = np.random.default_rng(seed)
     neutral = head.neutral(np.zeros(0))
-    landmarks = np.stack(
-        [
+    out = []
+    for make, share in KINDS:
+        poses = candidate_poses(rng, make, candidates)
+        landmarks = [
             mouth_landmarks(head, neutral, head.vertices(neutral, pose, (0, 0))).ravel()
-            for pose in candidates
+            for pose in poses
         ]
-    )
-    return candidates[spread(landmarks, count)]
+        number = round(share * count)
+        chosen = spread(np.stack(landmarks), number + 1)  # rest comes first in each
+        out.append(poses[chosen if not out else chosen[1:]][:number])
+    return np.concatenate(out)
 
 
 def poses_to_json(poses):
