@@ -139,8 +139,11 @@ def shade_eye(
     for k, lamp in enumerate(environment.lamps):
         radius = np.radians(max(lamp.radius, 4.0))
         off = np.arccos(np.clip(mirror @ lamp.direction, -1, 1))
-        disc = smoothstep(radius * 1.12, radius * 0.88, off) * (1 - 0.35 * blend[:, 0])
-        glint = lamp.color / (radius * radius) * 2.0
+        soft_edge = 0.12 if lamp.radius < 20 else 0.9
+        disc = smoothstep(radius * (1 + soft_edge), radius * (1 - soft_edge), off) * (
+            1 - 0.35 * blend[:, 0]
+        )
+        glint = lamp.color / (radius * radius) * (2.0 if lamp.radius < 20 else 0.7)
         lit = (0.45 + 0.55 * visibility if k == 0 else 0.8) * smoothstep(0.0, 0.8, down)
         out += np.minimum(glint * (disc * fresnel * lit)[:, None], 1.4)
     wet = np.exp(-(((up - 0.22) / 0.20) ** 2)) * (0.35 + 0.65 * np.clip(0.5 + vein_b * 1.5, 0, 1))

@@ -96,6 +96,7 @@ def lashes(head, subject, vertices, share=1.0):
             count = max(12, int(number * min(1, share * 1.5)))
             at = np.sort(rng.uniform(0.03, 0.90 if upper else 0.86, count))  # outer to inner
             root = path[(at * 199).astype(int)] + rng.normal(size=(count, 3)) * 0.12
+            root[:, 1] += -0.45 if upper else 0.2
             outward = _unit(root - center)
             fan = (0.55 - 1.15 * at)[:, None] * np.array([s, 0, 0]) + rng.normal(
                 size=(count, 3)

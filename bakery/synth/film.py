@@ -28,7 +28,7 @@ def background(rng, kind, height, width, base):
         for _ in range(26 if kind == "room" else 60):
             color = base * np.exp(rng.normal(size=3) * 0.16 + rng.normal() * 0.65)
             if kind == "garden":
-                color = color * np.array([0.75, 1.15, 0.5]) ** rng.uniform(0, 1.6)
+                color = color * np.array([0.85, 1.06, 0.66]) ** rng.uniform(0, 1.5)
             cx, cy = rng.integers(0, w), rng.integers(0, h)
             size = (rng.uniform(0.03, 0.35, 2) * [w, h]).astype(int) + 1
             layer = picture.copy()

@@ -83,7 +83,7 @@ def make_garment(head, subject, neutral):
     start = bottom + 58
     for y in line - 330 * share[:, None]:
         d = np.clip(start - y, 0, None)
-        out_x = half + 2 + 128 * width * (1 - np.exp(-1.5 * d / 128))
+        out_x = half + 2 + 128 * width * (1 - np.exp(-1.9 * d / 128))
         out_front = half * 0.80 + 6 + 66 * (1 - np.exp(-((d / 130) ** 1.3)))
         out_back = half * 0.80 + 8 + 62 * (1 - np.exp(-((d / 80) ** 1.1)))
         out_z = np.where(front > 0, out_front, out_back)
@@ -96,7 +96,7 @@ def make_garment(head, subject, neutral):
         neck = (subject.clothes == "turtleneck") & (y > bottom + 40)
         rows.append(np.stack([y, tight, np.where(neck, tight, np.maximum(shell, tight))]))
     y, tight, loose = np.stack(rows, 1)
-    loose = np.maximum(_smooth(loose, 2.5), _smooth(tight, 1.5))
+    loose = np.maximum(_smooth(loose, 4.5), _smooth(tight, 1.5))
     rows = np.stack([loose * np.sin(angle), y, center + loose * front], -1)
     outward = np.stack([np.sin(angle), np.zeros(AROUND), front], 1)
     band_rows = {"crew": 20.0, "collar": 0.0, "turtleneck": 30.0}[subject.clothes]
@@ -139,7 +139,7 @@ def _collar(rows, line, angle, outward):
     count = 14
     away = np.abs(angle)
     gap = smoothstep(0.10, 0.24, away)
-    long = 20 + 36 * np.exp(-(((away - 0.40) / 0.36) ** 2))
+    long = 13 + 43 * np.exp(-(((away - 0.40) / 0.36) ** 2))
     top = rows[0] + [0, 10.0, 0] - outward * (5.0 + 5 * smoothstep(0.5, 1.5, away))[:, None]
     out = []
     for s in np.linspace(0, 1, count):
@@ -169,7 +169,7 @@ def _hidden(head, neutral, angle, line, center):
     """Faces [F] of the head that lie well below the neck line."""
     where = np.arctan2(neutral[:, 0], neutral[:, 2] - center)
     edge = np.interp(where, angle, line, period=2 * np.pi)
-    below = neutral[:, 1] < edge - 12 - 18 * np.clip(np.cos(where), 0, 1)
+    below = neutral[:, 1] < edge - 27 - 13 * np.clip(np.cos(where), 0, 1)
     return below[head.faces].all(1)
 
 
@@ -182,6 +182,6 @@ def cloth_inputs(subject, points, band):
         points, (0.9, 1.5, 0.9), subject.seed + 73, octaves=2, gain=0.8
     )
     angle = np.arctan2(points[:, 0], points[:, 2] + 60)
-    rib = np.cos(angle * 150) * band if subject.clothes != "collar" else 0 * angle
+    rib = np.cos(angle * 150) * band if subject.clothes == "crew" else 0 * angle
     albedo = subject.cloth_color * (1 + 0.10 * knit + 0.05 * folds + 0.10 * rib)[:, None]
     return albedo.astype(np.float32), fold_slope * 6.0 + knit_slope * 0.10

@@ -87,6 +87,7 @@ def _grow(field, first, pull, length, knots, lift, stiff=0.6, clearance=0.4, wav
     point, heading = field.root.copy(), _unit(first)
     out = [point]
     step = (length / (knots - 1))[:, None]
+    base, _ = field.skull.height(field.root)  # the smooth skull may lie under the real skin
     phase = field.rng.uniform(0, 2 * np.pi, (field.count, 1)) * 0.25 + field.locks[:, :1] * 5
     for k in range(1, knots):
         share = k / (knots - 1)
@@ -95,14 +96,16 @@ def _grow(field, first, pull, length, knots, lift, stiff=0.6, clearance=0.4, wav
             turn = np.sin(phase + share * length[:, None] / 9.0)
             target = target + wave * turn * np.cross(target, field.out)
         height, outward = field.skull.height(point)
+        height = height - base * max(0, 1 - 1.2 * share)
         upper = np.clip((point[:, 1] + 12) / 40, 0, 1)  # further down, hair hangs
-        near = (lift * min(1, 2.2 * share) * upper + clearance - height) / 4.0
+        near = (lift * min(1, 2.2 * share) * upper + clearance - height) / 7.0
         near, hold = np.clip(near, -1, 1)[:, None], cling * upper[:, None]
         heading = _unit(
-            heading * stiff + _unit(target) * (1 - stiff) + outward * np.clip(near, -hold, 1) * 0.9
+            heading * stiff + _unit(target) * (1 - stiff) + outward * np.clip(near, -hold, 1) * 0.8
         )
         point = point + heading * step
         height, outward = field.skull.height(point)
+        height = height - base * max(0, 1 - 1.2 * share)
         inside = np.clip(clearance - height, 0, None)
         point = point + outward * (inside * (inside < 9))[:, None]
         out.append(point)
@@ -216,7 +219,7 @@ def _bob(f):
         lie = _tangent(toward + f.down * 0.9 * (1 - f.top), outward)
         return lie * (1 - fall) + f.down * fall * 1.3 + f.locks * 0.07 + inward
 
-    points = _grow(f, first, pull, length, 26, lift, 0.72, clearance=1.0, wave=0.05, cling=0.5)
+    points = _grow(f, first, pull, length, 26, lift, 0.72, clearance=1.0, wave=0.05, cling=0.18)
     return _clump(points, f.rng, 90, 0.5, 26)
 
 
@@ -234,10 +237,10 @@ def _pulled_back(f):
         return (
             _tangent(knot - p, f.skull.height(p)[1])
             + f.locks * 0.10
-            + f.jitter(0.25) * stray[:, None]
+            + f.jitter(0.09) * stray[:, None]
         )
 
-    points = _grow(f, first, pull, length, 22, lift, 0.6)
+    points = _grow(f, first, pull, length, 22, lift, 0.3, cling=0.8)
     return _clump(points, f.rng, 80, 0.35, 22)
 
 

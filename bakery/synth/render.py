@@ -14,10 +14,11 @@ from bakery.synth import facial, film, garment, skin
 from bakery.synth.chart import chart_of
 from bakery.synth.eyes import shade_eye
 from bakery.synth.hair import grow_scalp, hair_color
-from bakery.synth.light import ShadowMap, disc_directions, transfer
+from bakery.synth.light import ShadowMap, disc_directions, shine_on, transfer
+from bakery.synth.mouth import PARTS_INSIDE, opening, shade_inside
 from bakery.synth.roots import scalp_mask
 from bakery.synth.strands import Strands, Volume, draw_strands, shade_strands
-from bakery.synth.surface import PART_COLORS, bend, diffuse, highlights, scatter
+from bakery.synth.surface import bend, diffuse, highlights, scatter
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 CLOTH = len(PARTS)  # part number of clothes in the merged mesh
@@ -173,23 +174,22 @@ def paint(wardrobe, scene, supersample=2, quality=1.0):
     )  # fmt: skip
     at = np.flatnonzero(is_cloth)
     if len(at):
-        albedo, slope = garment.cloth_inputs(subject, still[at], shade[at, 4])
-        normal = bend(smooth[at], slope @ turn.T)
-        light = diffuse(
-            normal, smooth[at], environment, visibility[:, at], shade[at, :3], np.full(3, 0.1)
-        )
-        sheen = highlights(
-            normal,
+        image[rows[at], columns[at]] = _shade_cloth(
+            subject,
+            still[at],
+            smooth[at],
             view[at],
-            np.full(len(at), 0.75, np.float32),
-            0.03,
-            environment,
+            shade[at],
             visibility[:, at],
-            shade[at, 3],
+            environment,
+            turn,
         )
-        image[rows[at], columns[at]] = albedo * light + 0.5 * sheen
     marks = to_camera(head.landmarks(posed), fine)
     centers = to_camera(head.eye_centers(wardrobe.neutral), fine)
+    lips = float(marks[[13, 14], 2].max())
+    shown = np.full((height, width), -1)
+    shown[rows, columns] = kind
+    inside = opening(shown, [PARTS.index(n) for n in PARTS_INSIDE if n != "eye_socket"], pixel)
     for number, name in enumerate(PARTS):
         at = np.flatnonzero(kind == number)
         if not len(at) or name == "skin":
@@ -208,10 +208,11 @@ def paint(wardrobe, scene, supersample=2, quality=1.0):
                 subject, side, points[at], (rows[at], columns[at]), mask, pixel, marks, center, ball,
                 environment, visibility[0, at],
             )  # fmt: skip
-        elif name in PART_COLORS:
-            image[rows[at], columns[at]] = _shade_inside(
-                name, smooth[at], view[at], shade[at], visibility[:, at], environment
-            )
+        elif name in PARTS_INSIDE:
+            image[rows[at], columns[at]] = shade_inside(
+                name, points[at], smooth[at], view[at], lips, inside[rows[at], columns[at]],
+                visibility[:, at], environment,
+            )  # fmt: skip
     linear, masks = _compose(
         scene, subject, seen, part, image, sets, lash, volume, environment, fine, supersample
     )
@@ -303,22 +304,16 @@ def _shade_skin(
     image[rows, columns] = bounce * spread + shine * strength[:, None]
 
 
-def _shade_inside(name, normal, view, shade, visibility, environment):
-    """Colour [n, 3] of teeth, gums, tongue and cavity, darker further in."""
-    albedo = np.array(PART_COLORS[name], np.float32)
-    wet = 0.25 if name != "mouth_cavity" else 0.4
-    lit = visibility * (0.8 if name.startswith("teeth") else 0.6)
-    openness = shade[:, 3]
-    light = diffuse(
-        normal, normal, environment, lit, shade[:, :3] * 1.3, np.array([0.3, 0.2, 0.15])
-    )
-    light *= (0.25 + 0.75 * np.clip(openness * 2.2, 0, 1))[:, None]
-    if name == "eye_socket":
-        wet = 0.35
-    shine = highlights(
-        normal, view, np.full(len(view), wet, np.float32), 0.04, environment, lit, openness
-    )
-    return albedo * light + shine * np.clip(openness * 1.5, 0, 1)[:, None]
+def _shade_cloth(subject, still, smooth, view, shade, visibility, environment, turn):
+    """Colour [n, 3] of cloth, which light partly shines through and bounces within."""
+    albedo, slope = garment.cloth_inputs(subject, still, shade[:, 4])
+    normal = bend(smooth, slope @ turn.T)
+    within = shine_on(smooth, environment.irradiance_ambient()) * albedo
+    baked = 0.8 * shade[:, :3] + 0.35 * within
+    light = diffuse(normal, smooth, environment, visibility, baked, np.full(3, 0.1))
+    rough = np.full(len(view), 0.75, np.float32)
+    sheen = highlights(normal, view, rough, 0.03, environment, visibility, shade[:, 3])
+    return albedo * light + 0.5 * sheen
 
 
 def _shrink(picture, supersample):

@@ -22,28 +22,28 @@ WIDTH, HEIGHT = 1024, 1280
 FACES = {
     "anna": {
         "face_width": -3, "jaw_width": -6, "chin_width": -3, "chin_height": -2, "nose_width": -4,
-        "nose_length": -1, "eye_width": 2, "eye_open": 1.3, "brow_height": 1.5, "upper_lip": 0.6,
-        "lower_lip": 1.2, "mouth_width": -1, "lip_gap": -1,
+        "nose_length": -1, "eye_width": 2, "eye_open": 1.3, "brow_height": 1.5, "upper_lip": 0.2,
+        "lower_lip": 0.5, "mouth_width": -1, "lip_gap": -1, "corner": 1.5,
     },
     "bela": {
         "jaw_width": 3, "nose_length": 2, "nose_width": -1, "nose_depth": 2, "brow_height": -1.5,
-        "upper_lip": -0.5, "mouth_width": 2, "chin_height": 2, "eye_width": 1,
+        "upper_lip": -0.5, "mouth_width": 2, "chin_height": 2, "eye_width": 1, "corner": 1.5,
     },
     "chidi": {
         "nose_width": 6, "upper_lip": 2, "lower_lip": 2, "mouth_width": 4, "nose_depth": -1,
-        "eye_width": 1.5, "eye_open": 0.5, "jaw_width": -2, "lip_gap": -1,
+        "eye_width": 1.5, "eye_open": 0.5, "jaw_width": -2, "lip_gap": -1, "corner": 1.5,
     },
     "dalia": {
         "nose_width": 1, "upper_lip": 1, "lower_lip": 1.4, "eye_open": 1.2, "eye_width": 2,
-        "jaw_width": -6, "chin_width": -3, "brow_height": 1.5, "chin_height": -2,
+        "jaw_width": -6, "chin_width": -3, "brow_height": 1.5, "chin_height": -2, "corner": 1,
     },
     "emil": {
         "nose_length": 4, "nose_width": 3, "upper_lip": -1.6, "lower_lip": -1.4, "lip_gap": 2,
-        "eye_open": -1, "brow_height": -1, "chin_height": 3, "eye_tilt": -1.2, "jaw_width": 2,
+        "eye_open": -1, "brow_height": -1, "chin_height": 3, "eye_tilt": -1.2, "jaw_width": 2, "corner": 0.5,
     },
     "fumiko": {
         "face_width": 3, "eye_open": -1, "eye_tilt": 1, "nose_length": -2, "nose_width": 2,
-        "bridge_depth": -3, "eye_gap": 2, "jaw_width": -2, "chin_height": -1, "upper_lip": -0.3,
+        "bridge_depth": -3, "eye_gap": 2, "jaw_width": -2, "chin_height": -1, "upper_lip": -0.3, "corner": 1.5,
     },
 }  # fmt: skip
 
@@ -52,7 +52,7 @@ def _scene(seed, background, color, expression=None, gaze=(0.0, 0.0), light=None
     return Scene(
         portrait_camera(WIDTH, HEIGHT, **camera),
         studio_light(**(light or {})),
-        look(weights(expression or {}), gaze),
+        look(weights(expression or CALM), gaze),
         np.asarray(gaze, float),
         background,
         np.asarray(color, float),
@@ -63,9 +63,15 @@ def _scene(seed, background, color, expression=None, gaze=(0.0, 0.0), light=None
     )
 
 
+CALM = {
+    "mouthSmileLeft": 0.10,
+    "mouthSmileRight": 0.10,
+}  # a resting mouth whose corners do not droop
+
+
 def people(head):
     """Name -> (Subject, Scene) of every sample."""
-    smile = {name: weight * 0.8 for name, weight in EXPRESSIVE["smile"].items()}
+    smile = {name: weight for name, weight in EXPRESSIVE["smile"].items()}
     return {
         "anna": (
             Subject(
@@ -73,7 +79,7 @@ def people(head):
                 iris="green", hair="bob", hair_color="chestnut", part=-1.0, brow_density=0.85,
                 brow_length=0.9, lash_length=1.15, clothes="crew", cloth_color=np.array([0.035, 0.09, 0.085]),
             ),
-            _scene(1, "studio", (0.32, 0.33, 0.36), light={"azimuth": -30.0}),
+            _scene(1, "studio", (0.32, 0.33, 0.36), light={"azimuth": -30.0, "elevation": 27.0}),
         ),
         "bela": (
             Subject(
@@ -101,10 +107,10 @@ def people(head):
         ),
         "emil": (
             Subject(
-                105, identity_of(head, FACES["emil"], 105), age=69, melanin=0.22, haemoglobin=1.2, moles=7, iris="blue",
+                105, identity_of(head, FACES["emil"], 105), age=69, melanin=0.32, haemoglobin=1.0, moles=7, iris="blue",
                 hair="thinning", hair_color="grey", grey=0.6, hairline=9.0, brow_density=0.9,
                 brow_length=1.15, lash_length=0.75, clothes="collar",
-                cloth_color=np.array([0.60, 0.60, 0.58]), stubble=0.2,
+                cloth_color=np.array([0.60, 0.60, 0.58]),
             ),
             _scene(5, "studio", (0.20, 0.23, 0.27), light={"azimuth": -42.0, "radius": 10.0}, yaw=4.0),
         ),

@@ -90,9 +90,9 @@ def studio_light(
 
 EXPRESSIVE = {  # mixtures that faces really make, with their weights at full strength
     "smile": {
-        "mouthSmileLeft": 0.75, "mouthSmileRight": 0.72, "cheekSquintLeft": 0.5, "cheekSquintRight": 0.5,
-        "eyeSquintLeft": 0.25, "eyeSquintRight": 0.25, "mouthUpperUpLeft": 0.25, "mouthUpperUpRight": 0.25,
-        "mouthDimpleLeft": 0.2, "mouthDimpleRight": 0.2, "jawOpen": 0.07,
+        "mouthSmileLeft": 0.95, "mouthSmileRight": 0.9, "cheekSquintLeft": 0.5, "cheekSquintRight": 0.5,
+        "eyeSquintLeft": 0.25, "eyeSquintRight": 0.25, "mouthUpperUpLeft": 0.3, "mouthUpperUpRight": 0.3,
+        "mouthDimpleLeft": 0.2, "mouthDimpleRight": 0.2, "jawOpen": 0.06,
     },
     "closed smile": {
         "mouthSmileLeft": 0.55, "mouthSmileRight": 0.6, "cheekSquintLeft": 0.3, "cheekSquintRight": 0.3,

@@ -146,11 +146,14 @@ def design_skin(chart, subject, scalp, smile=0.0, brow_raise=0.0, frown=0.0):
     shadow = scalp * 0.85
     beard = beard_mask(chart)
     growth = max(subject.stubble, min(subject.beard / 6, 1))
-    shadow = np.maximum(shadow, beard * (0.10 * (growth > 0) + 0.26 * growth))
+    shadow = np.maximum(shadow, beard * (0.05 * (growth > 0) + 0.26 * growth))
     for side in SIDES:
         shadow = np.maximum(
             shadow, 0.30 * subject.brow_density * chart.blur(brow_mask(chart, side), 1.6)
         )
+        for ring, strength in ((LID_UPPER, 0.55), (LID_LOWER, 0.22)):
+            edge = chart.blur(chart.line(spot(ring[side]) - [0, 0.3], 0.9), 0.45)
+            shadow = np.maximum(shadow, strength * np.clip(edge * 1.3, 0, 1))
     pigment = np.stack([melanin, blood, lips, shadow], -1)
 
     height = age_lines(chart, subject.rng("wrinkles"), subject.age, smile, brow_raise, frown)

@@ -114,12 +114,12 @@ def shade_strands(strands, environment, volume, ambient_scale=1.0):
     flat = points.reshape(-1, 3)
     outward = np.repeat(strands.normals, knots, 0)
     wisp = 1.0 if strands.kind == "hair" else 0.35  # short hairs hardly shade each other
-    density = 0.16 * (1 - 0.55 * np.sqrt(luminance.clip(0, 1))).reshape(count, 1) * wisp
+    density = 0.20 * (1 - 0.55 * np.sqrt(luminance.clip(0, 1))).reshape(count, 1) * wisp
     thick = volume.thickness(flat, outward, 2.0, 24.0).reshape(count, knots)
-    sky = 0.22 + 0.78 * np.exp(-1.1 * density * thick)
+    sky = 0.12 + 0.88 * np.exp(-1.1 * density * thick)
     irradiance = shine_on(outward, environment.irradiance_ambient())
     irradiance = irradiance.reshape(count, knots, 3) * sky[..., None] * ambient_scale
-    out = color * irradiance * 0.9
+    out = (color * 0.9 + 0.014 * strands.gloss) * irradiance
     for lamp in environment.lamps:
         thick = volume.thickness(flat, lamp.direction, 2.5, 60.0).reshape(count, knots)
         lit = np.exp(-density * thick)[..., None] * lamp.color
@@ -131,7 +131,7 @@ def shade_strands(strands, environment, volume, ambient_scale=1.0):
         across_view = np.sqrt(np.clip(1 - seen**2, 0, 1))
         half = np.clip(across * across_view - along * seen, -1, 1)
         shifted = np.clip(half * np.cos(0.10) - 0.0, 0, 1)
-        first = shifted ** (70 / (1 + lamp.radius / 8)) * 0.055
+        first = shifted ** (70 / (1 + lamp.radius / 8)) * 0.10
         second = np.clip(half, 0, 1) ** 11
         glow = color**0.6 * 0.30 * second[..., None]
         out = out + lit * (

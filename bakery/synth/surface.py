@@ -1,22 +1,11 @@
-"""Shading of skin, cloth and the inside of the mouth, pixel by pixel."""
+"""Shading of surfaces, pixel by pixel."""
 
 import cv2
 import numba
 import numpy as np
 
-from bakery.geometry.sample import bilinear
 from bakery.synth.light import shine_on
 
-# Linear reflectance of what is not skin.
-PART_COLORS = {
-    "mouth_cavity": (0.26, 0.085, 0.075),
-    "teeth_upper": (0.66, 0.61, 0.52),
-    "teeth_lower": (0.62, 0.57, 0.48),
-    "gums_upper": (0.46, 0.20, 0.18),
-    "gums_lower": (0.46, 0.20, 0.18),
-    "tongue": (0.42, 0.165, 0.15),
-    "eye_socket": (0.42, 0.22, 0.18),
-}
 # Radii in mm of how far red, green and blue light spreads in skin (after Jensen et al. 2001).
 SPREAD = np.array([1.9, 0.75, 0.45])
 SPREAD_SHARE = np.array([0.72, 0.55, 0.40])
@@ -128,8 +117,3 @@ def scatter(light, mask, pixel):
         spread = blurred / np.maximum(weight, 1e-3)
         out[..., c] = light[..., c] * (1 - SPREAD_SHARE[c]) + spread * SPREAD_SHARE[c] * mask
     return out
-
-
-def gather(picture, columns, rows):
-    """Read [H, W, C] at pixel centres."""
-    return bilinear(picture, np.stack([columns + 0.5, rows + 0.5], -1))

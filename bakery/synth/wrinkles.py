@@ -99,9 +99,9 @@ def age_lines(chart, rng, age, smile=0.0, brow_raise=0.0, frown=0.0):
             corner + [s * 8.5, 1],
             corner + [s * 8, -9],
         ]
-        relief.stroke(fold, 0.30 + 0.62 * old + 0.7 * smile, 3.4, 0.5)
+        relief.stroke(fold, 0.26 + 0.42 * old + 0.7 * smile, 4.6, 0.9)
         marionette = [corner + [s * 3, -3], corner + [s * 5, -9], corner + [s * 6.5, -20]]
-        relief.stroke(marionette, 0.55 * old**1.6, 2.6, 0.5)
+        relief.stroke(marionette, 0.34 * old**1.6, 3.4, 0.9)
         for _ in range(int(9 * old)):
             x = rng.uniform(0.1, 0.9) * corner[0]
             top = spot(0)[1] + rng.uniform(3, 7)
