@@ -13,6 +13,7 @@ from bakery.geometry.color import to_encoded, to_linear
 from bakery.geometry.fill import smoothstep
 from bakery.heads.base import gaze_of, look
 from bakery.heads.file import load_head
+from bakery.runtime.blend import face_texture
 from bakery.runtime.render import draw, over_gray, over_photo
 from bakery.stages.condition import face_camera
 from bakery.types import EXPRESSIONS, Fit
@@ -135,3 +136,24 @@ def _camera(avatar, scene):
     scale = scene.size / max(camera.width, camera.height)
     width, height = (max(1, round(n * scale)) for n in (camera.width, camera.height))
     return cameras.crop(camera, 0, 0, width, height, scale)
+
+
+def recover(avatar, names=()):
+    """The textures T_e of single expressions, by eq. 4.
+
+    Args:
+        names: ARKit names; none means all.
+
+    Returns:
+        dict of name -> [T, T, 3] float16 linear.
+
+    Raises:
+        InputError: an unknown name.
+    """
+    textures = avatar.textures
+    weight_rows([dict.fromkeys(names, 1.0)], "expressions")  # are they ARKit's?
+    single = dict(zip(EXPRESSIONS, np.eye(len(EXPRESSIONS), dtype=np.float32)))
+    return {
+        name: face_texture(textures, avatar.masks, single[name]).astype(np.float16)
+        for name in names or EXPRESSIONS
+    }

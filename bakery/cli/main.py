@@ -22,6 +22,7 @@ COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of th
     "inspect": ("inspect", "Say what a bundle holds."),
     "validate": ("inspect", "Check a bundle; list what is wrong with it."),
     "render": ("render", "Draw a frame of an avatar."),
+    "recover": ("render", "Write the texture of single expressions (eq. 4)."),
     "heads": ("heads", "List, show and import head models."),
     "doctor": ("doctor", "Check this installation."),
     "synth": ("synth", "Paint synthetic portraits."),

@@ -43,3 +43,23 @@ def render(bundle, output, mask, **wanted):
     write_image(output, picture)
     if mask is not None:
         write_image(mask, covered)
+
+
+@click.command(cls=options.Command)
+@click.argument("bundle", type=click.Path(path_type=Path))
+@click.argument("expressions", nargs=-1)
+@click.option(
+    "-o", "--output", required=True, type=click.Path(path_type=Path), help="EXR to write."
+)
+@options.overwrite
+def recover(bundle, expressions, output, overwrite):
+    """Write the textures T_e of EXPRESSIONS (all 52 without any) as the parts of an EXR file.
+
+    \b
+    bakery recover portrait.avatar jawOpen mouthSmileLeft -o facs.exr
+    """
+    from bakery import frames, steps
+    from bakery.formats.exr import write_exr
+
+    options.may_write(output, overwrite)
+    write_exr(output, frames.recover(steps.open_avatar(bundle), expressions))

@@ -148,9 +148,10 @@ def write_web(folder, textures, masks, side):
         picture = small_picture(texture, side)
         write_bytes(folder / path, encode_image(picture, ".webp", WEB_QUALITY))
         table[name] = {"file": path, "columns": 1, "rows": 1, "names": [name]}
+    share = min(1.0, side / textures.neutral.shape[0])
     grids = {
-        "gaze": (textures.gaze, gaze_parts(textures), ".webp"),
-        "mouths": (textures.mouths, mouth_parts(textures), ".webp"),
+        "gaze": (_scaled(textures.gaze, share), gaze_parts(textures), ".webp"),
+        "mouths": (_scaled(textures.mouths, share), mouth_parts(textures), ".webp"),
         "masks": ([_shrink(mask, 256) for mask in masks], list(EXPRESSIONS), ".png"),
     }
     for name, (pictures, names, kind) in grids.items():
@@ -179,6 +180,18 @@ def _shrink(picture, side):
     if picture.shape[0] <= side:
         return picture
     return cv2.resize(picture, (side, side), interpolation=cv2.INTER_AREA)
+
+
+def _scaled(pictures, share):
+    """Pictures [n, h, w, 3] at a share of their size."""
+    if share == 1:
+        return pictures
+    return [
+        cv2.resize(
+            np.asarray(picture, np.float32), None, fx=share, fy=share, interpolation=cv2.INTER_AREA
+        )
+        for picture in pictures
+    ]
 
 
 def _grid(pictures, columns):

@@ -66,7 +66,8 @@ def read_header(path):
     Raises:
         BundleError: damaged, or larger than any texture of a bundle.
     """
-    return _header(path, read_bytes(path))
+    with open(path, "rb") as file:
+        return _header(path, file)
 
 
 def read_exr(path):
@@ -80,7 +81,7 @@ def read_exr(path):
 
 def parse_exr(path, data):
     """`read_exr` of bytes; `path` is how messages call them."""
-    _header(path, data)
+    _header(path, io.BytesIO(data))
     complaints = io.StringIO()
     try:
         # Damaged lines do not raise: the binding prints a warning and leaves their pixels as they are.
@@ -94,11 +95,12 @@ def parse_exr(path, data):
     return pictures
 
 
-def _header(path, data):
-    if data[:4] != b"\x76\x2f\x31\x01":
+def _header(path, stream):
+    if stream.read(4) != b"\x76\x2f\x31\x01":
         raise BundleError(f"{path}: not an OpenEXR file; make the bundle again")
+    stream.seek(0)
     try:
-        parts = OpenEXR.File(io.BytesIO(data), header_only=True, num_threads=1).parts
+        parts = OpenEXR.File(stream, header_only=True, num_threads=1).parts
         found = [_part_header(part) for part in parts]
     except Exception as error:
         raise _damaged(path, error) from None

@@ -59,12 +59,13 @@ class Header:
     animated: bool
 
 
-def read_header(name, data):
+def read_header(name, data, smallest=SMALLEST):
     """Read and judge the header of a picture.
 
     Args:
         name: how messages call the file.
         data: its bytes.
+        smallest: pixels a side, at least.
 
     Raises:
         InputError: not a photo, a format that cannot be read, too large or too small, or a JPEG with
@@ -94,9 +95,9 @@ def read_header(name, data):
         raise InputError(
             f"{name}: {width}x{height} pixels; at most {MEGAPIXELS} megapixels are read; make it smaller"
         )
-    if min(width, height) < SMALLEST:
+    if min(width, height) < smallest:
         raise InputError(
-            f"{name}: {width}x{height} pixels; at least {SMALLEST} a side are needed; give a larger photo"
+            f"{name}: {width}x{height} pixels; at least {smallest} a side are needed; give a larger photo"
         )
     if picture.format == "TIFF" and _is_raw(picture):
         raise InputError(f"{name}: a raw camera file; develop it to JPEG or TIFF first")

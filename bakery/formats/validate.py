@@ -147,7 +147,7 @@ def _content_problems(path, name, manifest):
         if name.endswith(".npz"):
             return _npz_problems(path, name)
         if name.endswith((".png", ".webp", ".jpg")):
-            header = read_header(name, bundle.read_bytes(path))
+            header = read_header(name, bundle.read_bytes(path), smallest=1)
             if header.focal_35mm or header.orientation != 1:
                 return [f"{name}: carries EXIF"]
     except BakeryError as error:

@@ -187,3 +187,21 @@ def test_render(bundle, bakery, tmp_path):
                   ["--view", "top"], ["--weights", "jawOpen=9"]):  # fmt: skip
         done = bakery("render", bundle, "-o", tmp_path / "b.png", *wrong)
         assert done.returncode == 1 and len(done.stderr.splitlines()) == 1, done.stderr
+
+
+def test_recover_single_expressions(bundle, bakery, tmp_path):
+    """Where a shape does not act, its texture is the neutral one."""
+    from bakery.formats import exr
+
+    out = tmp_path / "facs.exr"
+    done = bakery("recover", bundle, "jawOpen", "mouthSmileLeft", "-o", out)
+    assert done.returncode == 0, done.stderr
+    made = exr.read_exr(out)
+    assert list(made) == ["jawOpen", "mouthSmileLeft"]
+    neutral = exr.read_exr(bundle / "face.exr")["neutral"].astype(np.float32)
+    for texture in made.values():
+        same = np.abs(texture.astype(np.float32) - neutral).max(-1) < 2e-3
+        assert 0.2 < same.mean() < 0.999
+    done = bakery("recover", bundle, "smile", "-o", tmp_path / "b.exr")
+    assert done.returncode == 1 and len(done.stderr.splitlines()) == 1
+    assert bakery("recover", bundle, "-o", out).returncode == 1  # is already there
