@@ -64,7 +64,7 @@ def make_garment(head, subject, neutral):
     neck = min((slab for slab in slabs if len(slab) > 8), key=lambda slab: np.abs(slab[:, 0]).max())
     neck = neck[neck[:, 2] < chin[2] - 12]
     center = float((neck[:, 2].min() + neck[:, 2].max()) / 2)
-    low = skin[skin[:, 1] < bottom + 115]
+    low = skin[skin[:, 1] < chin[1] - 6]
     profile, levels = _profile(low, center)
     profile = profile.astype(np.float32)
     half = float(np.abs(neck[:, 0]).max())
@@ -72,7 +72,7 @@ def make_garment(head, subject, neutral):
     angle = (np.arange(AROUND) / AROUND - 0.5) * 2 * np.pi
     front = np.cos(angle)
     high, rise, side = {
-        "crew": (30.0, 46.0, 12.0), "collar": (34.0, 54.0, 12.0), "turtleneck": (56.0, 40.0, 0.0)
+        "crew": (30.0, 46.0, 12.0), "collar": (34.0, 42.0, 12.0), "turtleneck": (56.0, 40.0, 0.0)
     }[subject.clothes]  # fmt: skip
     line = bottom + high + rise * (1 - front) / 2 + side * np.sin(angle) ** 2
     if subject.clothes == "collar":
@@ -80,10 +80,10 @@ def make_garment(head, subject, neutral):
     width = rng.uniform(0.92, 1.05)
     rows = []
     share = np.linspace(0, 1, DOWN) ** 1.35
-    start = bottom + 58
+    start = bottom + 64
     for y in line - 330 * share[:, None]:
         d = np.clip(start - y, 0, None)
-        out_x = half + 2 + 128 * width * (1 - np.exp(-1.9 * d / 128))
+        out_x = half + 2 + 124 * width * (1 - np.exp(-2.3 * d / 124))
         out_front = half * 0.80 + 6 + 66 * (1 - np.exp(-((d / 130) ** 1.3)))
         out_back = half * 0.80 + 8 + 62 * (1 - np.exp(-((d / 80) ** 1.1)))
         out_z = np.where(front > 0, out_front, out_back)
@@ -91,7 +91,7 @@ def make_garment(head, subject, neutral):
             np.abs(np.sin(angle) / out_x) ** 2.2 + np.abs(front / out_z) ** 2.2, 1 / 2.2
         )
         row = (y - levels[0]) / (levels[1] - levels[0]) + 0.5
-        tight = 3.0 + bilinear(profile, np.stack([np.arange(AROUND) + 0.5, row], -1))
+        tight = 4.2 + bilinear(profile, np.stack([np.arange(AROUND) + 0.5, row], -1))
         tight = np.max([np.roll(tight, k) for k in range(-3, 4)], 0)
         neck = (subject.clothes == "turtleneck") & (y > bottom + 40)
         rows.append(np.stack([y, tight, np.where(neck, tight, np.maximum(shell, tight))]))
@@ -109,9 +109,9 @@ def make_garment(head, subject, neutral):
     points = rows.reshape(-1, 3)
     bumps, _ = gradient_noise(points + fold, (46, 90, 46), subject.seed + 71, octaves=2)
     rows += (bumps.reshape(below.shape) * 7 * smoothstep(25, 90, below))[..., None] * outward
-    inner = rows[:1] - outward * 5.5 + [0, -1.0, 0]
+    inner = rows[:1] - outward * 2.6 + [0, -1.0, 0]
     deeper = inner - [0, 14.0, 0]
-    rim = rows[:1] - outward * 2.2 + [0, 1.8, 0]
+    rim = rows[:1] - outward * 1.2 + [0, 1.8, 0]
     rows = np.concatenate([deeper, inner, rim, rows])
     band = np.concatenate([np.repeat(band[:1], 3, 0), band])
     vertices, faces, bands = rows.reshape(-1, 3), _grid(len(rows)), band.ravel()
@@ -140,12 +140,13 @@ def _collar(rows, line, angle, outward):
     away = np.abs(angle)
     gap = smoothstep(0.10, 0.24, away)
     long = 13 + 43 * np.exp(-(((away - 0.40) / 0.36) ** 2))
+    frontal = (0.2 + 0.8 * smoothstep(1.5, 0.7, away))[:, None]
     top = rows[0] + [0, 10.0, 0] - outward * (5.0 + 5 * smoothstep(0.5, 1.5, away))[:, None]
     out = []
     for s in np.linspace(0, 1, count):
         roll = np.sin(np.pi * min(s * 5, 1)) * 2.5
         y = top[:, 1] + roll - s * long * gap
-        reach = 3.0 + 4.0 * np.sin(np.pi * min(s * 3, 0.5)) + 5.0 * s
+        reach = 2.2 + (2.5 * np.sin(np.pi * min(s * 3, 0.5)) + 5.5 * s) * frontal
         level = np.clip(line - y, 0, None)
         row = np.clip(level / 330, 0, 1) ** (1 / 1.35) * (len(rows) - 1)
         k = np.clip(row.astype(int), 0, len(rows) - 2)

@@ -160,12 +160,12 @@ def _side_part(f):
     flow = f.top * comb + (1 - f.top) * (f.down * 0.8 + f.back * 0.7)
     flow = _tangent(flow + f.locks * 0.22, f.out)
     main = np.clip(-(f.rest[:, 0] - at) * s.part / 30, 0, 1)
-    length = (11 + f.top[:, 0] * (16 + 34 * main)) * f.rng.uniform(0.8, 1.1, f.count)
+    length = (11 + f.top[:, 0] * (16 + 27 * main)) * f.rng.uniform(0.8, 1.1, f.count)
     length *= 0.45 + 0.55 * f.density
     first = flow * 0.8 + f.normal * (0.22 + 0.25 * f.top) + f.jitter(0.08)
     lift = 1.2 + 7 * f.top[:, 0] * f.rng.uniform(0.35, 1, f.count) * (0.4 + 0.6 * main)
     blend = lambda p, t: _tangent(flow + f.down * 0.5 * t * (1 - 0.5 * f.top), f.skull.height(p)[1])  # noqa: E731
-    points = _grow(f, first, blend, length, 14, lift, 0.7)
+    points = _grow(f, first, blend, length, 14, lift, 0.62, cling=0.6)
     return _clump(points, f.rng, 70, 0.2 + 0.4 * f.top[:, :, None], 14)
 
 
@@ -224,7 +224,7 @@ def _bob(f):
 
 
 def _pulled_back(f):
-    knot = np.array([0, f.chart.crown - 48, 2 * f.chart.axis + 18])
+    knot = np.array([0, f.chart.crown - 74, 2 * f.chart.axis + 14])
     side = np.clip(np.abs(f.rest[:, :1]) / 70, 0, 1)
     length = np.linalg.norm(f.root - knot, axis=1) * f.rng.uniform(0.75, 1.15, f.count)
     length = np.clip(length, 25, 190)

@@ -38,7 +38,7 @@ def _measure(points):
     )
 
 
-def identity_of(head, wanted, seed=0, freedom=0.35, sharpness=1.2, largest=2.2):
+def identity_of(head, wanted, seed=0, freedom=0.35, sharpness=0.8, largest=2.2):
     """Identity coefficients of a face with the wanted proportions.
 
     Args:

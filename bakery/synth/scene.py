@@ -64,7 +64,7 @@ def studio_light(
     azimuth=-35.0,
     elevation=35.0,
     radius=14.0,
-    key=0.85,
+    key=0.95,
     fill=0.35,
     rim=0.0,
     ambient=0.30,
@@ -91,8 +91,8 @@ def studio_light(
 EXPRESSIVE = {  # mixtures that faces really make, with their weights at full strength
     "smile": {
         "mouthSmileLeft": 0.95, "mouthSmileRight": 0.9, "cheekSquintLeft": 0.5, "cheekSquintRight": 0.5,
-        "eyeSquintLeft": 0.25, "eyeSquintRight": 0.25, "mouthUpperUpLeft": 0.3, "mouthUpperUpRight": 0.3,
-        "mouthDimpleLeft": 0.2, "mouthDimpleRight": 0.2, "jawOpen": 0.06,
+        "eyeSquintLeft": 0.25, "eyeSquintRight": 0.25, "mouthUpperUpLeft": 0.45, "mouthUpperUpRight": 0.45,
+        "mouthDimpleLeft": 0.2, "mouthDimpleRight": 0.2, "jawOpen": 0.12, "mouthLowerDownLeft": 0.15, "mouthLowerDownRight": 0.15,
     },
     "closed smile": {
         "mouthSmileLeft": 0.55, "mouthSmileRight": 0.6, "cheekSquintLeft": 0.3, "cheekSquintRight": 0.3,

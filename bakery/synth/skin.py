@@ -204,10 +204,10 @@ def shade_inputs(chart, maps, subject, points, hair_color):
         amount += subject.freckles * 0.55 * mask * bilinear(where, flat)
     blood = subject.haemoglobin * blood * (0.75 + 0.25 / (0.6 + subject.melanin))
     bare = skin_color(amount, blood)
-    fade = 0.35 + 0.65 / (1 + 0.8 * subject.melanin)
+    fade = 0.2 + 0.8 / (1 + 0.7 * subject.melanin)
     ruddy = skin_color(
-        amount * 0.72 + 0.15 + 0.16 * subject.melanin,
-        (3.0 + 0.4 * grain + 0.4 * mottle) * (0.7 + 0.4 * subject.lip_color) * (0.6 + 0.4 * fade),
+        amount * 0.88 + 0.10 + 0.04 * subject.melanin,
+        (3.0 + 0.4 * grain + 0.4 * mottle) * (0.7 + 0.4 * subject.lip_color) * (0.25 + 0.75 * fade),
     )
     albedo = bare + (ruddy - bare) * (lips * (0.78 + 0.1 * subject.lip_color))[:, None]
 
