@@ -23,17 +23,19 @@ class Weights:
     makes the paper's weights balance: 1% at every landmark costs as much as 40 units of prior.
     """
 
-    photo: float = 0.2  # the paper has 1, which pulls real skin off its landmarks (docs/log-fit.md)
+    photo: float = 0.3  # the paper has 1, which pulls real skin off its landmarks (docs/log-fit.md)
     landmark: float = 10.0
     prior: float = 2.5e-5
     identity: float = 10.0  # prior on identity, in units of `prior` per squared deviation
     expression: float = 4.0  # ridge per squared weight
-    sparse: float = 3.0  # cost of a weight itself: small ones stay exactly 0
+    sparse: float = 8.0  # cost of a weight itself: small ones stay exactly 0
+    concave: float = 0.2  # weight at which that cost has halved, so that clear ones hardly shrink
     reluctant: float = 4.0  # times `sparse` for shapes that portraits seldom show
     twins: float = 20.0  # per squared difference of left and right
     contour: float = 0.3  # weight of contour landmarks across the contour
     slide: float = 0.03  # and along it
     outlier: float = 0.03  # Huber threshold, outer-eye-corner distances
+    anchor: float = 100.0  # per squared change of a weight from what the landmarks alone said
     albedo: float = 1.0  # per squared deviation of an albedo mode
     light: float = 4.0  # per squared change of the light's grey from the basis's own
     tint: float = 60.0  # and of its colour
@@ -138,11 +140,12 @@ def landmark_residual(model, camera, shape, points):
     return cameras.project_camera(inside, camera) - points, jacobian
 
 
-def prior_terms(model, shape, weights):
+def prior_terms(model, shape, weights, anchor=None):
     """Gradient [6 + I + E'] and Hessian of the regulariser at a shape, and its energy.
 
     That is `prior` times (identity |a|^2 + expression |w|^2 + twins |left - right|^2) / 2
-    + sparse sum(w). All terms of the fit are halved, so that gradients carry no twos.
+    + sparse concave sum(log(1 + w / concave)). All terms of the fit are halved, so that gradients carry no twos. `anchor` [E]
+    holds expressions near given ones: low-frequency albedo would explain a brow by lifting it.
     """
     first, count = 6 + model.modes, len(groups.FITTED)
     size = first + count
@@ -163,8 +166,14 @@ def prior_terms(model, shape, weights):
     gradient = hessian @ here
     energy = here @ gradient / 2
     cost = weights.sparse * np.where(groups.IS_RELUCTANT, weights.reluctant, 1.0)
-    gradient[first:] += cost
-    energy += cost @ here[first:]
+    saturated = 1 + here[first:] / weights.concave
+    gradient[first:] += cost / saturated
+    energy += weights.concave * cost @ np.log(saturated)
+    if anchor is not None:
+        change = here[first:] - anchor[groups.FITTED]
+        gradient[first:] += weights.anchor * change
+        hessian[np.arange(first, size), np.arange(first, size)] += weights.anchor
+        energy += weights.anchor * (change @ change) / 2
     hessian[3:6, 3:6] += 1e-9 * np.eye(3)
     return weights.prior * gradient, weights.prior * hessian, weights.prior * float(energy)
 

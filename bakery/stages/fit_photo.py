@@ -134,7 +134,8 @@ class Photometry:
 class Energy:
     """E = w_c E_c + w_lan E_lan + w_reg E_reg of one photo, with its derivatives."""
 
-    def __init__(self, head, model, points, confidence, basis, weights):
+    def __init__(self, head, model, points, confidence, anchor, basis, weights):
+        self.anchor = anchor
         self.head, self.model, self.basis, self.weights = head, model, basis, weights
         self.size = groups.face_size(points)
         self.points = points[: groups.FACE]
@@ -178,7 +179,7 @@ class Energy:
                 self.model, state.camera, state.shape, self.points, self.root, self.size,
                 self.weights,
             ),
-            landmarks.prior_terms(self.model, state.shape, self.weights),
+            landmarks.prior_terms(self.model, state.shape, self.weights, self.anchor),
             appearance_prior(state.appearance, self.basis, self.weights),
         ]  # fmt: skip
         places = (slice(0, first), slice(0, first), slice(first, None))
@@ -213,7 +214,7 @@ def fit_photo(head, model, camera, shape, photo, points, confidence, skin, basis
     Returns:
         camera, shape, Photometry.
     """
-    energy = Energy(head, model, points, confidence, basis, options.weights)
+    energy = Energy(head, model, points, confidence, shape.expression, basis, options.weights)
     start = Appearance(basis.light.astype(np.float64), np.zeros(len(basis.modes)))
     state = State(camera, shape, start)
     taken, residual = [], None

@@ -45,8 +45,9 @@ FITTED = np.array(
 # Rare in portraits, or easily mistaken for identity (thin lips, a crooked jaw): they need more
 # evidence before they count.
 RELUCTANT = (
-    "cheekPuff jawLeft jawRight mouthLeft mouthRight mouthFunnel mouthRollLower mouthRollUpper "
-    "mouthShrugLower mouthShrugUpper noseSneerLeft noseSneerRight"
+    "cheekPuff jawLeft jawRight mouthLeft mouthRight mouthFunnel mouthPressLeft mouthPressRight "
+    "mouthPucker mouthRollLower mouthRollUpper mouthShrugLower mouthShrugUpper noseSneerLeft "
+    "noseSneerRight"
 ).split()
 IS_RELUCTANT = np.array([EXPRESSIONS[index] in RELUCTANT for index in FITTED])
 
