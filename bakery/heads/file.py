@@ -203,7 +203,8 @@ def save_head(path, head, threshold=2e-3):
         "face_part": head.face_part.astype(np.uint8),
         "part_names": np.array(PARTS),
         "follow": head.follow.astype(np.uint8),
-        "identity": head.identity_basis.astype(np.float16),
+        # Steps of 4 micrometres: as good as exact, and half the file.
+        "identity": (np.round(head.identity_basis * 256) / 256).astype(np.float16),
         "expression_names": np.array(EXPRESSIONS),
         "expression_start": np.array(start, np.int32),
         "expression_vertex": np.concatenate(vertex).astype(np.int32),

@@ -8,9 +8,10 @@ import numpy as np
 
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
+from bakery.heads.control import swap_sides
 from bakery.heads.makehuman import MODES, refined_flesh
-from bakery.heads.place import MESH, eye_distance, place
-from bakery.types import EXPRESSION_INDEX
+from bakery.heads.place import MESH, eye_distance, place, place_head
+from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 WIDE = 110  # sliders that people's identity is looked for in
 NOISE = 0.01  # outer-eye-corner distances; points of one face are wrong together
@@ -79,6 +80,25 @@ def learn_prior(raw, head, points, sizes, rounds=4):
         values, vectors = _order(covariance, raw)
         rms = np.sqrt(np.mean((offsets @ vectors / np.sqrt(values)) ** 2))
         yield mean, (vectors * np.sqrt(values)).T[:MODES], float(rms)
+
+
+def learn_rest(head, points, sizes):
+    """What expression the neutral faces of people have on average: [E], both sides alike.
+
+    A neutral face should need none, so this much of each shape belongs into the mean head.
+    """
+    found = [
+        place_head(head, face, tuple(map(int, size))).expression
+        for face, size in zip(points, sizes)
+    ]
+    mean = np.mean(found, axis=0)
+    mean = (mean + mean[swap_sides()]) / 2
+    lasting = [
+        name.startswith(("brow", "mouth", "cheekSquint", "eyeSquint", "eyeWide", "noseSneer"))
+        and name != "mouthClose"
+        for name in EXPRESSIONS
+    ]
+    return np.where(lasting, mean, 0)
 
 
 def _order(covariance, raw):

