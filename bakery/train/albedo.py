@@ -76,19 +76,19 @@ def head_layout(head):
     return fit_albedo.cylinder(head.landmarks(head.mean)[:FACE].astype(np.float64))
 
 
-def read_photo(photo, fit, head, where, skin, options):
+def unwrap_photo(photo, placed, head, where, skin, options):
     """Colour, normal and trust of each texel of the chart in one photo.
 
     Args:
-        photo: Photo; fit: its Fit (with warp); where: ChartMap; skin: [H, W] 0..1.
+        photo: Photo; placed: its Fit (with warp); where: ChartMap; skin: [H, W] 0..1.
 
     Returns:
         color [N, 3] linear, normals [N, 3] camera space, weight [N] 0..1.
     """
-    neutral = head.neutral(fit.identity, residual_offsets(head, fit.residual))
-    vertices = head.vertices(neutral, fit.expression, fit.gaze)
-    inside = cameras.to_camera(vertices, fit.camera)
-    pixels = cameras.project_camera(inside, fit.camera)
+    neutral = head.neutral(placed.identity, residual_offsets(head, placed.residual))
+    vertices = head.vertices(neutral, placed.expression, placed.gaze)
+    inside = cameras.to_camera(vertices, placed.camera)
+    pixels = cameras.project_camera(inside, placed.camera)
     normals = mesh.vertex_normals(inside, head.faces)
 
     def at_texels(values):
@@ -100,7 +100,7 @@ def read_photo(photo, fit, head, where, skin, options):
     seen = rasterize(pixels * shrink, -inside[:, 2], head.faces, small)
     depth = np.where(np.isfinite(seen.depth), seen.depth, 1e6).astype(np.float32)
     point = at_texels(inside)
-    pixel = cameras.project_camera(point, fit.camera)
+    pixel = cameras.project_camera(point, placed.camera)
     normal = at_texels(normals)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
     toward = -point / np.linalg.norm(point, axis=1, keepdims=True)
@@ -241,7 +241,7 @@ def learn(subjects, head, options=DEFAULTS):
     """
     layout = head_layout(head)
     where = chart_map(head, layout, options.size)
-    read = [read_photo(*subject[:2], head, where, subject[2], options) for subject in subjects]
+    read = [unwrap_photo(*subject[:2], head, where, subject[2], options) for subject in subjects]
     colors, normals, trusts = (np.stack(part) for part in zip(*read))
     light = common_light(colors, normals, trusts, options)
     shade = np.maximum(harmonics.basis(normals) @ light, 0.15)
