@@ -76,6 +76,10 @@ def read_header(name, data, smallest=SMALLEST):
         raise InputError(
             f"{name}: a JPEG with {scans} scans; at most {SCANS} are decoded; save it again as usual"
         )
+    if _is_cut(data):
+        raise InputError(
+            f"{name}: a truncated picture, its end is missing; copy or download it again"
+        )
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -132,17 +136,35 @@ def check_frame(path, header, frame):
 
 def count_scans(data):
     """How many scans a JPEG has, found by its markers alone."""
+    return _walk(data)[0]
+
+
+def _walk(data):
+    """The scans of a JPEG, and whether its end was reached; what follows the end is not looked at."""
     scans, at = 0, 2
-    while (at := data.find(b"\xff", at)) >= 0 and at + 4 <= len(data):
+    while (at := data.find(b"\xff", at)) >= 0 and at + 2 <= len(data):
         marker = data[at + 1]
         if marker in (0x00, 0xFF) or 0xD0 <= marker <= 0xD8 or marker == 0x01:
             at += 1 if marker == 0xFF else 2  # stuffing, fill bytes, restart: no length follows
         elif marker == 0xD9:
-            break
+            return scans, True
         else:
             scans += marker == 0xDA
+            if at + 4 > len(data):
+                break
             at += 2 + struct.unpack(">H", data[at + 2 : at + 4])[0]
-    return scans
+    return scans, False
+
+
+def _is_cut(data):
+    """Whether the mark at the end of a JPEG, PNG or WebP is missing."""
+    if data.startswith(b"\xff\xd8\xff"):
+        return not _walk(data)[1]
+    if data.startswith(b"\x89PNG"):
+        return b"IEND" not in data[8:]
+    if data.startswith(b"RIFF") and data[8:12] == b"WEBP":
+        return len(data) + 1 < 8 + struct.unpack("<I", data[4:8])[0]
+    return False
 
 
 def _refuse_other_formats(name, data):

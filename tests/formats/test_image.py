@@ -228,6 +228,13 @@ def test_scans_are_counted(picture):
     assert count_scans(b"\xff\xd8" + b"\xff" * 100) == 0
 
 
+def test_what_follows_the_end_does_not_matter(tmp_path, picture):
+    """Phones append whole films to their photos."""
+    film = np.random.default_rng(0).bytes(200_000) + b"\xff\xda\x00\x00"
+    (tmp_path / "a.jpg").write_bytes(encode_image(picture, ".jpg") + film)
+    read_photo(tmp_path / "a.jpg")
+
+
 def test_write_image(tmp_path, picture):
     write_image(tmp_path / "a.png", picture / 255)
     assert (np.asarray(Image.open(tmp_path / "a.png")) == picture).all()
