@@ -23,6 +23,7 @@ from bakery.stages import bundle as bundles
 from bakery.stages.atlas import make_atlas
 from bakery.stages.detect import SMALLEST_FACE, detect_faces, face_size
 from bakery.stages.fit import FitOptions, fit
+from bakery.stages.lids import close_lids
 from bakery.stages.mask import activation_masks
 from bakery.stages.segment import SegmentOptions, segment
 from bakery.stages.texture import TextureOptions
@@ -176,6 +177,12 @@ def fitted_neutral(head, fit):
     return head.neutral(fit.identity, residual_offsets(head, fit.residual))
 
 
+def own_head(head, fit):
+    """The head as this person has it: lids that close on their eyes; and the neutral shape [V, 3]."""
+    neutral = fitted_neutral(head, fit)
+    return close_lids(head, neutral), neutral
+
+
 def expression_targets():
     """The expressions, gazes and mouths that are baked."""
     folder = targets.presets_folder() / "expressions"
@@ -208,12 +215,13 @@ def paint(photo, landmarks, fit, segmentation, head, generator, options, progres
             progress(word, done, total)
         done += 1
 
+    own, neutral = own_head(head, fit)
     return texture.bake(
         photo,
         landmarks,
         fit,
-        fitted_neutral(head, fit),
-        head,
+        neutral,
+        own,
         segmentation.skin,
         generator,
         wanted,
@@ -263,8 +271,8 @@ def pack(target, baked, options, keep_photo=False, overwrite=False):
         keep_photo: whether the photo goes into the bundle.
         overwrite: whether an older bundle may be replaced.
     """
-    head, textures = baked.head, baked.textures
-    neutral = fitted_neutral(head, baked.fit)
+    textures = baked.textures
+    head, neutral = own_head(baked.head, baked.fit)
     with staged(target, overwrite) as folder:
         levels, carriers = bundles.levels_of_detail(head, neutral)
         atlas = files.small_picture(textures.neutral, options.glb)

@@ -44,8 +44,8 @@ def bake(path, points, head, generator, options):
     landmarks = landmarks_of(points)
     fit, segmentation = steps.place_head(path, photo, landmarks, head, options)
     textures = steps.paint(photo, landmarks, fit, segmentation, head, generator, options)
-    neutral = steps.fitted_neutral(head, fit)
-    return Avatar(head, neutral, fit, textures, steps.draw_masks(head, options)), photo
+    own, neutral = steps.own_head(head, fit)
+    return Avatar(own, neutral, fit, textures, steps.draw_masks(head, options)), photo
 
 
 def measure(pair, head, generator, options, pictures=None):
@@ -59,7 +59,7 @@ def measure(pair, head, generator, options, pictures=None):
     """
     avatar, photo = bake(pair.neutral, pair.neutral_points, head, generator, options)
     fit = avatar.fit
-    vertices = head.vertices(avatar.neutral, fit.expression, fit.gaze)
+    vertices = avatar.head.vertices(avatar.neutral, fit.expression, fit.gaze)
     # The photo is T_0 itself, whatever its expression: nothing is blended over it.
     frame = draw(avatar, vertices, fit.camera, fit.expression, fit.gaze, dynamic=False)
     inside = np.minimum(frame.alpha, frame.face) > 0.99

@@ -6,6 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from bakery.generators.eyes import EyeMaps
+from bakery.generators.lids import LidSkin
 from bakery.heads.base import HeadModel
 from bakery.types import Conditions, Generated
 
@@ -18,6 +19,7 @@ class Subject:
     neutral: np.ndarray  # [V, 3] mm, the neutral shape with its residual warp
     texture: np.ndarray  # [T, T, 3] float32 linear, T_0 with its light; the whole atlas
     eyes: EyeMaps
+    lids: LidSkin
     light: np.ndarray  # [9, 3] irradiance in the photo's camera space
     light_rotation: np.ndarray  # [3, 3] head space -> the photo's camera space
 

@@ -19,6 +19,7 @@ from bakery.stages.texture_complete import PAINTED, complete_skin
 from bakery.stages.texture_eyes import eye_maps, paint_eyes
 from bakery.stages.texture_gaze import gaze_textures
 from bakery.stages.texture_interior import paint_interior
+from bakery.stages.texture_lids import lid_skin
 from bakery.stages.texture_mouth import mouth_textures
 from bakery.types import Textures
 
@@ -80,7 +81,9 @@ def prepare(photo, landmarks, fit, neutral, head, skin_mask, resolution):
         texture[atlas.index[rows]] = colors
         source[atlas.index[rows]] = PAINTED
     texture = atlas.fill_gutter(texture.reshape(resolution, resolution, 3))
-    subject = Subject(head, neutral, texture, eyes, fit.light, rotation.matrix(fit.camera.rotation))
+    lids = lid_skin(head, neutral, texture, atlas)
+    turn = rotation.matrix(fit.camera.rotation)
+    subject = Subject(head, neutral, texture, eyes, lids, fit.light, turn)
     return subject, source.reshape(resolution, resolution), skin.facing
 
 

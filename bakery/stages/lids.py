@@ -1,0 +1,78 @@
+"""Lids that close on this person's eyes: a correction of eyeBlink for one neutral shape.
+
+A blink that closes the mean eye leaves a slit in a wide one and overshoots in a narrow one. Each
+column of the upper lid gets the gain at which it overlaps the lower lid by a little (PITFALLS 6).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from bakery.heads.base import FOLLOW
+from bakery.types import EXPRESSION_INDEX
+
+# Upper and lower lid margins from the outer to the inner corner, column by column, left eye first.
+UPPER = ((466, 388, 387, 386, 385, 384, 398), (246, 161, 160, 159, 158, 157, 173))
+LOWER = ((249, 390, 373, 374, 380, 381, 382), (7, 163, 144, 145, 153, 154, 155))
+CORNERS = ((263, 362), (33, 133))
+OVERLAP = 0.05  # of the opening, between the 2% that hides the eye and the 8% that looks squeezed
+CLEAR_UPPER, CLEAR_LOWER = 0.5, 0.15  # mm above the white of the eye; the upper lid lies on the lower
+GAIN = (0.6, 1.8)  # limits of what a column may be scaled by
+
+
+def close_lids(head, neutral):
+    """The head with eyeBlinkLeft and eyeBlinkRight fitted to a neutral shape.
+
+    Args:
+        head: HeadModel.
+        neutral: [V, 3] mm, one person's neutral shape.
+
+    Returns:
+        HeadModel with its own expression_basis; the one given is not changed.
+    """
+    basis = head.expression_basis.copy()
+    centers = head.eye_centers(neutral)
+    skin = np.zeros(len(neutral), bool)
+    skin[head.part_vertices("skin", "eye_socket")] = True
+    for eye, side in enumerate(("Left", "Right")):
+        shape = EXPRESSION_INDEX["eyeBlink" + side]
+        ball = neutral[head.follow == FOLLOW.index("eye_" + side.lower())] - centers[eye]
+        radius = float(np.median(np.linalg.norm(ball, axis=1)))
+        basis[shape] = _closed(head, neutral, basis[shape], eye, centers[eye], radius, skin)
+    return replace(head, expression_basis=basis)
+
+
+def _closed(head, neutral, blink, eye, center, radius, skin):
+    """One blink [V, 3] mm, corrected."""
+    rest, shut = head.landmarks(neutral), head.landmarks(neutral + blink)
+    upper, lower = list(UPPER[eye]), list(LOWER[eye])
+    travel = rest[upper, 1] - shut[upper, 1]
+    if travel.max() < 1.0:  # mm: this head has no blink
+        return blink
+    opening = rest[upper, 1] - rest[lower, 1]
+    gap = shut[upper, 1] - shut[lower, 1]
+    wanted = travel + gap + OVERLAP * opening
+    gain = np.clip(wanted / np.maximum(travel, 0.3 * travel.max()), *GAIN)
+    for _ in range(2):  # no spike where one column's landmarks err
+        gain = np.convolve(np.pad(gain, 1, "edge"), [0.25, 0.5, 0.25], "valid")
+    # Columns run along x; beyond the corners the blink stays as it is.
+    columns = np.concatenate([rest[upper, 0], rest[list(CORNERS[eye]), 0]])
+    gains = np.concatenate([gain, [1.0, 1.0]])
+    order = np.argsort(columns)
+    scale = np.interp(neutral[:, 0], columns[order], gains[order])
+    falling = skin & (blink[:, 1] < -0.1)
+    out = blink * np.where(falling, scale, 1)[:, None]
+    return _off_the_ball(neutral, out, center, radius, skin & (np.abs(blink).max(1) > 0.05))
+
+
+def _off_the_ball(neutral, blink, center, radius, moving):
+    """Push lids that the blink draws into the eyeball back onto it."""
+    position = neutral + blink - center
+    distance = np.linalg.norm(position, axis=1)
+    before = np.linalg.norm(neutral - center, axis=1)
+    clear = radius + np.where(blink[:, 1] < -0.5, CLEAR_UPPER, CLEAR_LOWER)
+    # What was inside at rest, the lining behind the lid, stays behind by as much.
+    least = np.minimum(clear, np.maximum(before, radius - 2) + CLEAR_LOWER)
+    sunk = moving & (distance < least) & (position[:, 2] > 0)
+    factor = np.where(sunk, least / np.maximum(distance, 1e-6), 1)
+    return (blink + position * (factor - 1)[:, None]).astype(np.float32)
