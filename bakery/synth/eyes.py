@@ -94,10 +94,10 @@ def shade_eye(
     down, up, across = _lid_distance(where, mask, pixel)
     corner = np.clip(np.abs(across - 0.5) * 2, 0, 1) ** 2
     old = np.clip((subject.age - 25) / 50, 0, 1)
-    sclera = np.array([0.62, 0.575, 0.55]) - old * np.array([0.03, 0.05, 0.085])
-    sclera = sclera - min(subject.melanin, 2) * np.array([0.035, 0.045, 0.055])
+    sclera = np.array([0.53, 0.485, 0.46]) - old * np.array([0.03, 0.045, 0.075])
+    sclera = sclera - min(subject.melanin, 2) * np.array([0.045, 0.05, 0.058])
     sclera = np.repeat(sclera[None], len(points), 0)
-    red = (0.05 + 0.28 * corner + 0.10 * old)[:, None] * (0.35 + 0.65 * thread[:, None])
+    red = (0.08 + 0.30 * corner + 0.12 * old)[:, None] * (0.35 + 0.65 * thread[:, None])
     sclera = sclera * (1 - red * np.array([0.12, 0.72, 0.66]))
     inner_corner = marks[362 if side == "left" else 133]
     caruncle = smoothstep(6.2, 2.6, np.linalg.norm(points - inner_corner, axis=1))[:, None]

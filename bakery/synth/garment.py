@@ -76,7 +76,7 @@ def make_garment(head, subject, neutral):
     }[subject.clothes]  # fmt: skip
     line = bottom + high + rise * (1 - front) / 2 + side * np.sin(angle) ** 2
     if subject.clothes == "collar":
-        line = line - 16 * smoothstep(0.45, 0.0, np.abs(angle))
+        line = line - 24 * smoothstep(0.62, 0.12, np.abs(angle))
     width = rng.uniform(0.92, 1.05)
     rows = []
     share = np.linspace(0, 1, DOWN) ** 1.35

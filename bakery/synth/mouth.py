@@ -42,6 +42,7 @@ def shade_inside(name, points, normal, view, lips, inside, visibility, environme
     albedo, share, rough = PARTS_INSIDE[name]
     soft = normal * 0.6 + view * 0.4
     soft /= np.linalg.norm(soft, axis=1, keepdims=True)
+    warm = np.array([1.22, 1.10, 0.98])  # light has met lips and tongue before
     light = shine_on(soft, environment.irradiance_ambient())
     for lamp, lit in zip(environment.lamps, visibility):
         facing = np.clip(soft @ lamp.direction * 0.7 + 0.3, 0, 1) * (0.55 + 0.45 * lit)
@@ -53,4 +54,4 @@ def shade_inside(name, points, normal, view, lips, inside, visibility, environme
         reach = np.exp(-1.4 * depth) * (0.18 + 0.82 * smoothstep(0.3, 0.95, inside))
     roughness = np.full(len(points), rough, np.float32)
     shine = highlights(normal, view, roughness, 0.04, environment, visibility, reach)
-    return (np.array(albedo) * light * share + shine) * reach[:, None]
+    return (np.array(albedo) * light * share * warm + 0.7 * shine) * reach[:, None]

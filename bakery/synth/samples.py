@@ -48,7 +48,7 @@ FACES = {
 }  # fmt: skip
 
 
-def _scene(seed, background, color, expression=None, gaze=(0.0, 0.0), light=None, **camera):
+def _scene(seed, background, color, expression=None, gaze=(0.0, -3.5), light=None, **camera):
     return Scene(
         portrait_camera(WIDTH, HEIGHT, **camera),
         studio_light(**(light or {})),

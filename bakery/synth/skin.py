@@ -164,6 +164,8 @@ def design_skin(chart, subject, scalp, smile=0.0, brow_raise=0.0, frown=0.0):
     rough = 0.50 - 0.10 * blob(spot(4) + [0, 8], (9, 24)) - 0.06 * blob(spot(151), (28, 16))
     rough -= 0.05 * blob(spot(199), (12, 10))
     for side in SIDES:
+        rough += 0.14 * blob(spot(LID_LOWER[side][8]) + [0, -7], (7, 9))
+    for side in SIDES:
         left = side == "left"
         pores += 0.35 * blob(spot(280 if left else 50), (18, 16))
         pores -= 0.30 * blob(spot(LID_LOWER[side]).mean(0) + [0, -5], (14, 7))
