@@ -69,9 +69,7 @@ class FinderNet(nn.Module):
             stage(16, 24, 1, folded),
             stage(24, 48, 2, folded),
         )
-        self.coarse = nn.Sequential(
-            stage(48, 96, 3, folded), Conv(96, 48, kernel=1, folded=folded)
-        )
+        self.coarse = nn.Sequential(stage(48, 96, 3, folded), Conv(96, 48, kernel=1, folded=folded))
         self.mix = Conv(48, 48, folded=folded)
         self.head = nn.Conv2d(48, FINDER_CHANNELS, 1)
 

@@ -19,6 +19,7 @@ from bakery.types import Landmarks
 
 WEIGHTS = Path(__file__).resolve().parents[1] / "assets" / "detectors" / "network.safetensors"
 CELL = 8  # pixels of a pyramid level a cell of the finder's answer
+SIZE_RATIO = 1.5  # two levels may differ more about one face: then the points network decides
 UNIT_SIZE = 48.0  # pixels; the finder gives sizes as multiples of this
 
 
@@ -27,7 +28,7 @@ class NetworkOptions:
     shrink: float = 3.2  # photo pixels a pixel of the finest level: a 64 pixel face is 20 there
     coarsest: int = 96  # longer side of the coarsest level, pixels
     finest: int = 2000  # longer side of the finest level at most, pixels
-    finder_score: float = 0.3  # weaker peaks are not looked at
+    finder_score: float = 0.45  # weaker peaks are not looked at
     presence: float = 0.5  # weaker faces are not reported
     candidates: int = 12  # peaks that are looked at
     looks: int = 2  # of the points network; each after the first starts from the one before
@@ -51,37 +52,36 @@ class NetworkDetector:
         Returns:
             list of Landmarks, surest first
         """
-        found = self.find(image)
-        for look in range(self.options.looks):
+        scores, found = self.find(image)
+        for _ in range(self.options.looks):
             if not found:
                 return []
             shapes, errors, presence = self.place(image, found)
-            if look == 0:
-                keep = presence > 0.1
-                shapes, errors, presence = shapes[keep], errors[keep], presence[keep]
+            keep = np.flatnonzero(presence > self.options.presence / 2)
+            shapes, errors, presence = shapes[keep], errors[keep], presence[keep]
+            scores = [scores[i] for i in keep]
             found = [frames.frame_of_points(points) for points in shapes]
-        order = np.argsort(-presence)
-        faces = []
-        for i in order:
-            if presence[i] < self.options.presence or _repeats(found[i], [f for f, _ in faces]):
-                continue
-            faces.append((found[i], self._landmarks(shapes[i], errors[i], presence[i])))
-        return [landmarks for _, landmarks in faces]
+        scores = np.sqrt(np.multiply(scores, presence))
+        faces, kept = [], []
+        for i in np.argsort(-scores):
+            if presence[i] >= self.options.presence and not _repeats(found[i], kept):
+                kept.append(found[i])
+                faces.append(self._landmarks(shapes[i], errors[i], scores[i]))
+        return faces
 
     def find(self, image):
-        """Where the finder sees faces: list of FaceFrame, surest first."""
+        """Where the finder sees faces: list of scores, list of FaceFrame, surest first."""
         peaks = []
         for level in pyramid(image, self.options):
             scale = level.shape[1] / image.shape[1], level.shape[0] / image.shape[0]
             peaks += _peaks(self._run(self.finder, _padded(level))[0], scale, self.options)
         peaks.sort(key=lambda peak: -peak[0])
-        kept = []
-        for _, frame in peaks:
-            if not _repeats(frame, kept):
+        scores, kept = [], []
+        for score, frame in peaks:
+            if len(kept) < self.options.candidates and not _repeats(frame, kept, SIZE_RATIO):
+                scores.append(score)
                 kept.append(frame)
-            if len(kept) == self.options.candidates:
-                break
-        return kept
+        return scores, kept
 
     def place(self, image, found):
         """Look at the upright crop of each frame.
@@ -108,13 +108,13 @@ class NetworkDetector:
             out = network(batch.float().mul_(1 / 255))
         return tuple(part.numpy() for part in (out if isinstance(out, tuple) else (out,)))
 
-    def _landmarks(self, points, errors, presence):
+    def _landmarks(self, points, errors, score):
         eyes = np.linalg.norm(points[frames.LEFT_EYE_OUTER] - points[frames.RIGHT_EYE_OUTER])
         confidence = np.exp(-errors / max(eyes, 1e-6) / self.options.full_confidence_error)
         low, high = points[:468].min(0), points[:468].max(0)
         return Landmarks(
             box=np.concatenate([low, high - low]).astype(np.float32),
-            score=float(presence),
+            score=float(score),
             points=points.astype(np.float32),
             confidence=np.clip(confidence, 0, 1).astype(np.float32),
         )
@@ -141,7 +141,9 @@ def load(path=WEIGHTS, options=NetworkOptions()):
     try:
         tensors = load_file(path)
     except FileNotFoundError:
-        raise ModelError(f"{path}: no such weights; reinstall bakery or train the detector") from None
+        raise ModelError(
+            f"{path}: no such weights; reinstall bakery or train the detector"
+        ) from None
     except Exception as error:
         raise ModelError(f"{path}: damaged weights ({error}); reinstall bakery") from None
     networks = []
@@ -198,12 +200,14 @@ def _peaks(answer, scale, options):
     return peaks
 
 
-def _repeats(frame, others):
-    """Whether a frame shows a face that one of the others shows already."""
-    return any(
-        np.linalg.norm(frame.center - other.center) < 0.45 * max(frame.size, other.size)
-        for other in others
-    )
+def _repeats(frame, others, ratio=np.inf):
+    """Whether a frame shows a face that one of the others, at most `ratio` larger or smaller, shows."""
+    for other in others:
+        larger, smaller = max(frame.size, other.size), min(frame.size, other.size)
+        if larger <= ratio * smaller:
+            if np.linalg.norm(frame.center - other.center) < 0.5 * larger:
+                return True
+    return False
 
 
 def _crop(image, frame, size):

@@ -67,7 +67,9 @@ def blur(rng, image):
         return cv2.filter2D(image, -1, kernel / kernel.sum())
     scale = rng.uniform(0.2, 0.8)
     small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    return cv2.resize(small, (width, height), interpolation=int(rng.choice([1, 2, 0], p=[0.5, 0.4, 0.1])))
+    return cv2.resize(
+        small, (width, height), interpolation=int(rng.choice([1, 2, 0], p=[0.5, 0.4, 0.1]))
+    )
 
 
 def noise(rng, image):
@@ -88,7 +90,14 @@ def compress(rng, image):
 
 def photograph(rng, image, amount=1.0):
     """A random chain of the above; `amount` scales how often each one happens."""
-    steps = (light, 0.5), (tone, 0.85), (saturation, 0.4), (blur, 0.3), (noise, 0.35), (compress, 0.3)
+    steps = (
+        (light, 0.5),
+        (tone, 0.85),
+        (saturation, 0.4),
+        (blur, 0.3),
+        (noise, 0.35),
+        (compress, 0.3),
+    )
     for step, chance in steps:
         if rng.random() < chance * amount:
             image = step(rng, image)
@@ -107,7 +116,9 @@ def occlude(rng, image, points, size):
     if kind == 0:  # a patch
         covered = np.zeros(image.shape[:2], np.float32)
         corners = center + rng.uniform(-0.45, 0.45, (rng.integers(3, 8), 2)) * size
-        cv2.fillConvexPoly(covered, cv2.convexHull(corners.astype(np.float32)).astype(np.int32), 1.0)
+        cv2.fillConvexPoly(
+            covered, cv2.convexHull(corners.astype(np.float32)).astype(np.int32), 1.0
+        )
         covered = cv2.GaussianBlur(covered, (0, 0), rng.uniform(0.4, 3))
         texture = np.broadcast_to(rng.uniform(0, 255, 3).astype(np.float32), image.shape)
         if rng.random() < 0.6:

@@ -1,272 +1,18 @@
-"""Training samples of the detector, painted anew from a few photos with known points.
+"""Training samples of the detector's two networks, with what they should answer.
 
 A sample depends on its number and the seed alone, so a run that was stopped goes on with the
 samples it would have seen.
 """
-
-import json
-from dataclasses import dataclass
-from pathlib import Path
 
 import cv2
 import numpy as np
 
 from bakery.detectors import frames
 from bakery.detectors.blocks import FINDER_STRIDE
-from bakery.errors import InputError
 from bakery.train import augment
-from bakery.train.backgrounds import IMAGE_SUFFIXES, Backgrounds
-from bakery.train.relief import make_relief, pose, render, reshape
 
-STORED = 480  # longer side of a stored photo, pixels
 CANVAS = 192  # side of a finder sample, pixels
 CROP = 128  # side of a points sample, pixels
-
-
-@dataclass(frozen=True)
-class Photo:
-    """A training photo before it becomes a relief."""
-
-    name: str
-    image: np.ndarray  # [H, W, 3] uint8 BGR
-    mask: np.ndarray  # [H, W] uint8, 255 where the person is
-    points: np.ndarray  # [478, 3] pixels of the image
-
-
-def read_photos(folder, dense, limit=None):
-    """Photos of a folder whose points stand in a dense478 file.
-
-    Args:
-        folder: of pictures.
-        dense: npz with `names` (relative paths) and `points` [n, 478, 3] pixels.
-        limit: how many to read at most.
-
-    Returns:
-        list of Photo, by name
-
-    Raises:
-        InputError: no picture of the folder has points.
-    """
-    table = np.load(dense)
-    known = dict(zip(table["names"].tolist(), table["points"]))
-    photos = []
-    for path in sorted(Path(folder).iterdir())[:limit]:
-        parts = path.parts
-        ends = ("/".join(parts[-n:]) for n in range(1, min(len(parts), 5) + 1))
-        name = next((end for end in ends if end in known), None)
-        if name is None or path.suffix.lower() not in IMAGE_SUFFIXES:
-            continue
-        photos.append(_shrunk(path, known[name]))
-    if not photos:
-        raise InputError(f"{folder}: no picture with points in {dense}; give the folder it names")
-    return photos
-
-
-def read_rendered(folder):
-    """Pictures with their points in a JSON beside them: NAME.png and NAME.json.
-
-    The JSON holds {"points": [[x, y, depth] x 478]}, pixels; depth may be left out. An alpha
-    channel says where the person is.
-
-    Raises:
-        InputError: a JSON lacks its picture or has other than 478 points.
-    """
-    photos = []
-    for path in sorted(Path(folder).glob("*.json")):
-        points = np.asarray(json.loads(path.read_text()).get("points", []), np.float32)
-        pictures = [path.with_suffix(suffix) for suffix in sorted(IMAGE_SUFFIXES)]
-        picture = next((p for p in pictures if p.exists()), None)
-        if picture is None or points.shape[:1] != (frames.POINTS,):
-            raise InputError(f"{path}: needs 478 points and a picture of the same name beside it")
-        if points.shape[1] == 2:
-            points = np.concatenate([points, np.zeros((frames.POINTS, 1), np.float32)], 1)
-        photos.append(_shrunk(picture, points))
-    return photos
-
-
-def _shrunk(path, points):
-    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
-    if image is None:
-        raise InputError(f"{path}: cannot be read as a picture; remove it from the folder")
-    if image.ndim == 2:
-        image = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
-    scale = STORED / max(image.shape[:2])
-    size = (round(image.shape[1] * scale), round(image.shape[0] * scale))
-    image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
-    points = np.asarray(points, np.float32) * scale
-    mask = image[..., 3] if image.shape[2] == 4 else person_mask(image, points)
-    return Photo(path.stem, np.ascontiguousarray(image[..., :3]), mask, points)
-
-
-def person_mask(image, points):
-    """Tell a person from a plain backdrop by graph cut, started from the face.
-
-    Args:
-        image: [H, W, 3] uint8 BGR.
-        points: [478, 2+] pixels.
-
-    Returns:
-        [H, W] uint8, 255 where the person is, soft at the rim.
-    """
-    height, width = image.shape[:2]
-    half = cv2.resize(image, (width // 2, height // 2), interpolation=cv2.INTER_AREA)
-    points = points[:, :2] / 2
-    labels = np.full(half.shape[:2], cv2.GC_PR_BGD, np.uint8)
-    frame = frames.frame_of_points(points)
-    x, y = frame.center
-    s = frame.size
-    axes = (int(0.6 * s), int(0.85 * s))
-    cv2.ellipse(labels, (int(x), int(y - 0.1 * s)), axes, 0, 0, 360, cv2.GC_PR_FGD, -1)
-    chin = points[152]
-    body = [[x - 0.3 * s, chin[1]], [x + 0.3 * s, chin[1]], [x + s, 9e3], [x - s, 9e3]]
-    cv2.fillPoly(labels, [np.array(body, np.int32)], cv2.GC_PR_FGD)
-    rows = int(max(y - 1.2 * s, 2))
-    labels[:rows] = cv2.GC_BGD
-    labels[: int(y), : int(max(x - 1.0 * s, 2))] = cv2.GC_BGD
-    labels[: int(y), int(min(x + 1.0 * s, width / 2 - 2)) :] = cv2.GC_BGD
-    hull = cv2.convexHull(points.astype(np.int32))
-    cv2.fillConvexPoly(labels, hull, cv2.GC_FGD)
-    cv2.setRNGSeed(0)
-    models = np.zeros((1, 65)), np.zeros((1, 65))
-    cv2.grabCut(half, labels, None, *models, 4, cv2.GC_INIT_WITH_MASK)
-    mask = np.isin(labels, (cv2.GC_FGD, cv2.GC_PR_FGD)).astype(np.uint8) * 255
-    mask = cv2.resize(mask, (width, height), interpolation=cv2.INTER_LINEAR)
-    return cv2.GaussianBlur(mask, (0, 0), 1.2)
-
-
-def mirror_order(points):
-    """Which point takes whose place when a face is mirrored.
-
-    Args:
-        points: [n, 478, 3] of several faces.
-
-    Returns:
-        [478] int; mirrored[i] = original[order[i]] with x negated.
-    """
-    upright = []
-    for face in points:
-        frame = frames.frame_of_points(face)
-        turned = (face[:, :2] - frame.center) @ frames.rotation(-frame.roll).T / frame.size
-        upright.append(np.concatenate([turned, face[:, 2:] / frame.size], 1))
-    mean = np.mean(upright, axis=0)
-    mean[:, 0] -= mean[:468, 0].mean()
-    flipped = mean * (-1, 1, 1)
-    cost = np.linalg.norm(flipped[:, None] - mean[None], axis=-1) ** 2
-    cost[:468, 468:] = cost[468:, :468] = 1e3
-    return _pair_up(cost + cost.T)
-
-
-def _pair_up(cost):
-    """Pair indices i <-> j (or i with itself) greedily, the cheapest pair of all first."""
-    order = np.full(len(cost), -1)
-    for flat in np.argsort(cost, axis=None, kind="stable"):
-        i, j = divmod(int(flat), len(cost))
-        if order[i] < 0 and order[j] < 0:
-            order[i], order[j] = j, i
-    return order
-
-
-class Faces:
-    """Faces painted from reliefs: morphed, turned, mirrored, from nearer by or farther off."""
-
-    def __init__(self, photos, backgrounds):
-        self.backgrounds = backgrounds
-        self.reliefs = [make_relief(p.image, p.mask, p.points) for p in photos]
-        self.order = mirror_order(np.stack([p.points for p in photos]))
-        shapes = [(r.points - (*r.center, 0)) / r.size for r in self.reliefs]
-        self.shapes = np.stack(shapes).astype(np.float32)  # [n, 478, 3]
-        mean = self.shapes.mean(0)
-        flat = (self.shapes - mean).reshape(len(shapes), -1)
-        _, spread, modes = np.linalg.svd(flat, full_matrices=False)
-        count = min(20, len(shapes) - 1)
-        scale = spread[:count, None] / np.sqrt(len(shapes))
-        self.modes = (modes[:count] * scale).reshape(-1, frames.POINTS, 3)
-        upright = []
-        for shape in self.shapes[..., :2]:
-            frame = frames.frame_of_points(shape)
-            turn = frames.rotation(-frame.roll)
-            upright.append((shape - frame.center) @ turn.T / (frame.size * frames.CROP_MARGIN))
-        upright = np.mean(upright, axis=0)
-        self.mean_shape = (upright + upright[self.order] * (-1, 1)) / 2  # [478, 2]
-
-    def posed(self, rng):
-        """A random photo's mesh in a random shape and pose.
-
-        Returns:
-            relief, vertices [N, 3] in face sizes (no roll applied), opened: the mouth was opened.
-        """
-        index = rng.integers(len(self.reliefs))
-        relief = self.reliefs[index]
-        shape = self.shapes[index].copy()
-        if rng.random() < 0.7:
-            other = self.shapes[rng.integers(len(self.shapes))]
-            shape += rng.uniform(0, 0.8) * (other - shape)
-        shape += np.tensordot(rng.normal(0, 0.45, len(self.modes)), self.modes, 1)
-        opened = rng.random() < 0.15
-        if opened:
-            _open_jaw(shape, rng.uniform(0.02, 0.2))
-        if rng.random() < 0.12:
-            _close_eyes(shape, rng.uniform(0.3, 1.0))
-        points = (shape * relief.size + (*relief.center, 0)).astype(np.float32)
-        vertices = reshape(relief, points)
-        yaw = np.radians(np.clip(rng.normal(0, 14), -40, 40))
-        pitch = np.radians(np.clip(rng.normal(0, 9), -25, 25))
-        nearness = max(rng.normal(0.05, 0.12), -0.1)
-        posed = pose(vertices, relief.center, relief.size, yaw, pitch, nearness)
-        stretch = np.exp(rng.normal(0, 0.04, 2)).astype(np.float32)
-        posed[:, :2] *= stretch
-        return relief, posed, opened
-
-    def paint(self, rng, relief, posed, opened, linear, offset, canvas):
-        """Paint a posed relief into a picture.
-
-        Args:
-            linear: [2, 2], offset: [2]: posed vertices -> pixels of the canvas.
-            canvas: [H, W, 3] uint8, what lies behind.
-
-        Returns:
-            picture [H, W, 3] uint8, points [478, 2] pixels, covered [H, W] 0..1: not canvas
-        """
-        height, width = canvas.shape[:2]
-        scale = float(np.sqrt(abs(np.linalg.det(linear))))
-        vertices = posed.copy()
-        vertices[:, :2] = posed[:, :2] @ linear.T + offset
-        vertices[:, 2] *= scale
-        image, mask, inside = render(relief, vertices, height, width, scale / relief.size)
-        points = vertices[: frames.POINTS, :2].astype(np.float64)
-        if rng.random() < 0.3:  # the person's colours apart from the surroundings'
-            image = augment.tone(rng, image)
-        if opened:
-            image = augment.open_mouth(rng, image, points)
-        keep = mask[..., None] if rng.random() < 0.6 else inside[..., None].astype(np.float32)
-        picture = canvas + (image.astype(np.float32) - canvas) * keep
-        picture = np.clip(picture, 0, 255).astype(np.uint8)
-        if rng.random() < 0.12:
-            picture = augment.glasses(rng, picture, points, scale)
-        while rng.random() < 0.25:
-            picture = augment.occlude(rng, picture, points, scale)
-        return picture, points, keep[..., 0]
-
-
-def _open_jaw(shape, amount):
-    """Lower everything under the line between the lips, the middle most."""
-    upper, lower = augment.INNER_LIPS[:11], augment.INNER_LIPS[11:]
-    line = shape[[78, 308], 1].mean()
-    width = np.ptp(shape[:468, 0])
-    from_middle = np.abs(shape[:, 0] - shape[13, 0]) / width
-    below = (shape[:, 1] > line + 0.01) & (from_middle < 0.4)
-    below[upper] = False
-    below[lower] = True
-    mouth = np.abs(shape[308, 0] - shape[78, 0]) / width / 2
-    fade = np.clip(1 - (from_middle / 0.45) ** 2, 0, 1)
-    fade[lower] = np.sqrt(np.clip(1 - (from_middle[lower] / (mouth * 1.02)) ** 2, 0, 1))
-    shape[below, 1] += (amount * fade)[below]
-
-
-def _close_eyes(shape, share):
-    """Bring the upper lids down to the lower ones; the irises stay behind them."""
-    for upper, lower in zip(augment.UPPER_LIDS, augment.LOWER_LIDS):
-        shape[upper] += share * 0.9 * (shape[lower] - shape[upper])
 
 
 class PointsSamples:
@@ -286,7 +32,7 @@ class PointsSamples:
         present = rng.random() > 0.15
         target = np.zeros((frames.POINTS, 2), np.float32)
         if present:
-            near = 1.0 if rng.random() < 0.5 else 0.3  # first and second look
+            near = 1.0 if rng.random() < 0.4 else 0.3  # first and second look
             roll = rng.normal(0, np.radians(9) * near)
             if rng.random() < 0.15:
                 roll += rng.uniform(-0.6, 0.6)
@@ -294,7 +40,7 @@ class PointsSamples:
             target = (points / CROP - 0.5).astype(np.float32)
         else:
             picture = self.without_face(rng, canvas)
-        picture = augment.photograph(rng, picture)
+        picture = augment.photograph(rng, picture, rng.uniform(0.2, 1))
         picture = cut_borders(rng, picture, 0.12)
         return _planes(picture), target, np.float32(present)
 

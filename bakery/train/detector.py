@@ -23,6 +23,8 @@ from bakery.errors import InputError, ModelError
 from bakery.train import dataset
 from bakery.train.backgrounds import Backgrounds
 from bakery.train.detector_losses import finder_loss, point_errors, points_loss
+from bakery.train.faces import Faces
+from bakery.train.photos import read_photos, read_rendered
 
 log = logging.getLogger(__name__)
 NETWORKS = {"finder": FinderNet, "points": PointsNet}
@@ -55,9 +57,9 @@ def train(run, photos, dense, options=DetectorOptions(), rendered=(), background
     Args:
         run: folder of the run; made when missing.
         photos: folder of photos.
-        dense: npz with their points, see `dataset.read_photos`.
+        dense: npz with their points, see `photos.read_photos`.
         options: DetectorOptions. A run that goes on may change `steps`, nothing else.
-        rendered: folders of painted pictures with points, see `dataset.read_rendered`.
+        rendered: folders of painted pictures with points, see `photos.read_rendered`.
         backgrounds: folders of pictures without faces.
 
     Yields:
@@ -74,14 +76,14 @@ def train(run, photos, dense, options=DetectorOptions(), rendered=(), background
     network = NETWORKS[options.network]().to(memory_format=torch.channels_last)
     averaged = NETWORKS[options.network]().to(memory_format=torch.channels_last)
     optimizer = torch.optim.AdamW(network.parameters(), weight_decay=options.weight_decay)
-    people = dataset.read_photos(photos, dense)
+    people = read_photos(photos, dense)
     names = sorted({photo.name.split("_")[0] for photo in people})
     held = set(names[len(names) - options.held_out :])
     held_photos = [photo for photo in people if photo.name.split("_")[0] in held]
     people = [photo for photo in people if photo.name.split("_")[0] not in held]
     for folder in rendered:
-        people += dataset.read_rendered(folder)
-    faces = dataset.Faces(people, Backgrounds(backgrounds, options.background_count))
+        people += read_rendered(folder)
+    faces = Faces(people, Backgrounds(backgrounds, options.background_count))
     if options.network == "points":
         network.mean_shape.copy_(torch.from_numpy(faces.mean_shape))
     averaged.load_state_dict(network.state_dict())

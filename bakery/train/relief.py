@@ -55,7 +55,9 @@ def make_relief(image, mask, points):
     distance = np.linalg.norm(lattice[:, None] - points[None, :, :2], axis=-1)  # [N - 478, 478]
     outside = distance.min(1) > 0.1 * frame.size
     hull = cv2.convexHull(np.ascontiguousarray(points[:, :2]))
-    outside &= np.array([cv2.pointPolygonTest(hull, tuple(map(float, p)), False) < 0 for p in lattice])
+    outside &= np.array(
+        [cv2.pointPolygonTest(hull, tuple(map(float, p)), False) < 0 for p in lattice]
+    )
     lattice, distance = lattice[outside], distance[outside]
     reach = 0.12 * frame.size + 0.5 * distance.min(1, keepdims=True)
     follow = np.exp(-0.5 * (distance - distance.min(1, keepdims=True)) / reach)

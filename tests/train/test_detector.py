@@ -11,6 +11,8 @@ from numpy.testing import assert_allclose
 from bakery.detectors import network
 from bakery.errors import InputError, ModelError
 from bakery.train import augment, dataset, detector, detector_losses
+from bakery.train import faces as faces_module
+from bakery.train import photos as photos_module
 from bakery.train.backgrounds import Backgrounds, procedural_background
 
 
@@ -94,7 +96,7 @@ def test_loss_that_is_not_finite_stops_the_run(photos, tmp_path, monkeypatch):
 def test_pictures_without_points_are_refused(photos, tmp_path):
     cv2.imwrite(str(tmp_path / "other.png"), np.zeros((9, 9, 3), np.uint8))
     with pytest.raises(InputError, match="no picture with points"):
-        dataset.read_photos(tmp_path, photos / "dense.npz")
+        photos_module.read_photos(tmp_path, photos / "dense.npz")
 
 
 def test_rendered_pictures_bring_points_and_mask(tmp_path):
@@ -103,24 +105,24 @@ def test_rendered_pictures_bring_points_and_mask(tmp_path):
     cv2.imwrite(str(tmp_path / "a.png"), picture)
     points = face_points(480)
     (tmp_path / "a.json").write_text(json.dumps({"points": points[:, :2].tolist()}))
-    (photo,) = dataset.read_rendered(tmp_path)
+    (photo,) = photos_module.read_rendered(tmp_path)
     assert_allclose(photo.points[:, :2], points[:, :2], rtol=1e-5)
     assert photo.mask[:100].max() == 0 and photo.mask[100:].min() == 255
     (tmp_path / "b.json").write_text(json.dumps({"points": []}))
     with pytest.raises(InputError, match="478 points"):
-        dataset.read_rendered(tmp_path)
+        photos_module.read_rendered(tmp_path)
 
 
 def test_mirror_swaps_the_sides():
-    order = dataset.mirror_order(np.stack([face_points(seed=s) for s in (3, 4)]))
+    order = faces_module.mirror_order(np.stack([face_points(seed=s) for s in (3, 4)]))
     assert (order[order] == np.arange(478)).all()
     points = face_points(seed=3)[:, :2] - (60, 0)
     assert np.median(np.abs(points[order] * (-1, 1) - points)) < 1
 
 
 def test_samples_depend_on_their_number_alone(photos):
-    faces = dataset.Faces(
-        dataset.read_photos(photos, photos / "dense.npz"), Backgrounds((), count=3)
+    faces = faces_module.Faces(
+        photos_module.read_photos(photos, photos / "dense.npz"), Backgrounds((), count=3)
     )
     for kind in (dataset.PointsSamples, dataset.FinderSamples):
         one, two = kind(faces, 0, 9)[5], kind(faces, 0, 9)[5]
