@@ -26,6 +26,8 @@ from bakery.stages.warp import residual_offsets, unfolded_residual, warp_weights
 from bakery.types import EXPRESSIONS, Fit
 
 FILM_DIAGONAL = 43.27  # mm, of the 35 mm frame that EXIF focal lengths refer to
+NEAREST = 500.0  # mm, a portrait is seldom taken from closer; a tight crop would look so
+EYE_CORNERS = 90.0  # mm, distance of the outer eye corners of an adult, nearly
 SMALLEST_FACE = 24.0  # pixels between the outer eye corners; less cannot be fitted
 
 
@@ -63,15 +65,19 @@ def prepare(head, options=FitOptions()):
             choose_samples(head, landmark_model(head, options.modes), basis, count)
 
 
-def focal_length(photo, options):
+def focal_length(photo, size, options):
     """Focal length in pixels, and where it comes from: "exif" or "default".
 
-    Landmarks alone cannot tell it: their error is flat from 1.3 to 6 image widths.
+    Landmarks alone cannot tell it: their error is flat from 1.3 to 6 image widths. The default
+    keeps the camera at least NEAREST away, however tightly the photo was cut.
+
+    Args:
+        size: pixels between the outer eye corners.
     """
     height, width = photo.encoded.shape[:2]
     if photo.focal_35mm:
         return photo.focal_35mm / FILM_DIAGONAL * float(np.hypot(width, height)), "exif"
-    return options.focal * max(width, height), "default"
+    return max(options.focal * max(width, height), NEAREST / EYE_CORNERS * size), "default"
 
 
 def fit(photo, landmarks, head, options=FitOptions(), skin=None):
@@ -105,7 +111,7 @@ def fit(photo, landmarks, head, options=FitOptions(), skin=None):
             "needed; use a larger picture of the face"
         )
     height, width = photo.encoded.shape[:2]
-    focal, source = focal_length(photo, options)
+    focal, source = focal_length(photo, size, options)
     model = landmark_model(head, options.modes)
     shape = Shape(np.zeros(len(head.identity_basis)), np.zeros(len(EXPRESSIONS)))
     camera = start_camera(model, points, confidence, focal, width, height)

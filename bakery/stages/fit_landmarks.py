@@ -61,19 +61,17 @@ class LandmarkModel:
             return np.einsum("...lkc,lk->...lc", basis[..., vertices, :], weight)
 
         self.mean = pick(head.mean)
-        self.identity = pick(head.identity_basis[:modes])
-        self.expression = pick(head.expression_basis)
-        columns = np.concatenate([self.identity, self.expression[groups.FITTED]])
+        identity, expression = pick(head.identity_basis[:modes]), pick(head.expression_basis)
+        columns = np.concatenate([identity, expression[groups.FITTED]])
         self.columns = np.ascontiguousarray(columns.transpose(1, 2, 0))  # [468, 3, I + E']
-        self.modes = len(self.identity)
+        self.modes = len(identity)
+        self.identity = identity.reshape(self.modes, -1)  # [I, 468 * 3]
+        self.expression = expression.reshape(len(expression), -1)  # [E, 468 * 3]
 
     def points(self, shape):
         """Landmarks [468, 3] mm of a shape, eyes as the eyeLook* weights move the lids."""
-        return (
-            self.mean
-            + np.tensordot(shape.identity[: self.modes], self.identity, 1)
-            + np.tensordot(shape.expression, self.expression, 1)
-        )
+        moved = shape.identity[: self.modes] @ self.identity + shape.expression @ self.expression
+        return self.mean + moved.reshape(-1, 3)
 
 
 def start_camera(model, points, confidence, focal, width, height):

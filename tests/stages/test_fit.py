@@ -128,9 +128,11 @@ def test_light_and_albedo_of_a_painted_face(head):
 
 
 def test_focal_length_from_exif(grey):
-    assert focal_length(grey, FitOptions()) == (1.8 * SIZE, "default")
-    pixels, source = focal_length(Photo(grey.encoded, "", focal_35mm=50.0), FitOptions())
+    assert focal_length(grey, 100.0, FitOptions()) == (1.8 * SIZE, "default")
+    pixels, source = focal_length(Photo(grey.encoded, "", focal_35mm=50.0), 100.0, FitOptions())
     assert source == "exif"
+    tight, _ = focal_length(grey, 0.5 * SIZE, FitOptions())  # a face that fills the picture
+    np.testing.assert_allclose(tight * 90 / (0.5 * SIZE), 500)  # stands 500 mm away
     np.testing.assert_allclose(pixels, 50 / 43.27 * SIZE * np.sqrt(2), rtol=1e-3)
 
 
