@@ -35,6 +35,7 @@ class Picture:
     gaze: np.ndarray  # [2] degrees
     light: np.ndarray  # [9, 3] irradiance / pi of the unshadowed light
     landmarks: np.ndarray  # [L, 2] pixels
+    vertices: np.ndarray  # [V, 3] mm, the posed head in head space
     masks: dict  # name -> [H, W] float32 share: skin, hair, clothes, background, eyes, mouth
 
 
@@ -225,6 +226,7 @@ def paint(wardrobe, scene, supersample=2, quality=1.0):
         np.asarray(scene.gaze, float),
         environment.irradiance(),
         project(head.landmarks(posed), scene.camera),
+        posed,
         masks,
     )
 

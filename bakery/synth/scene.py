@@ -1,6 +1,6 @@
 """What surrounds the subject in one picture: camera, expression, light, background, film."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -129,6 +129,12 @@ def random_expression(rng, neutral=0.35):
         out += (rng.random(len(out)) < 0.06) * rng.uniform(0, 0.35, len(out)).astype(np.float32)
         out[EXPRESSIONS.index("tongueOut")] = 0
     return look(np.clip(out, 0, 1), gaze), gaze
+
+
+def neutral_scene(scene):
+    """The same picture of a resting face that looks straight ahead."""
+    rest = np.zeros(len(EXPRESSIONS), np.float32)
+    return replace(scene, expression=rest, gaze=np.zeros(2))
 
 
 def random_scene(rng, width, height, turn=1.0):
