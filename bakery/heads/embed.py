@@ -14,6 +14,7 @@ from bakery.errors import ModelError
 from bakery.geometry import camera as cameras
 from bakery.geometry.mesh import boundary_loops
 from bakery.geometry.raster import rasterize
+from bakery.heads import margins
 from bakery.heads.base import CARRIERS, PARTS
 from bakery.heads.carriers import split_ring
 from bakery.heads.eyes import iris_vertices
@@ -272,6 +273,10 @@ def embed(head, points, sizes, rounds=3, start=False):
     points = np.asarray(points, float)[..., :2]
     mirror = mirror_points(points)
     groups = sides(head)
+    lips_and_lids = {
+        name: (groups[k][1], groups[k + 1][1])
+        for name, k in (("lips", 1), ("left", 3), ("right", 5))
+    }
     numbers = np.array([int(n) for n in START.split()])
     vertices = start_points(head)
     for turn in range(rounds + 1):
@@ -302,6 +307,10 @@ def embed(head, points, sizes, rounds=3, start=False):
         if turn == rounds:
             return
         middle = np.median(np.array(gathered), axis=0)
+        for point, at in margins.pinned(
+            head, points, middle, skin_rims(head), lips_and_lids
+        ).items():
+            middle[point] = at
         middle = (middle + middle[mirror] * [-1, 1, 1]) / 2
         head = with_landmarks(head, middle)
 
