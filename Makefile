@@ -40,7 +40,7 @@ lint: $(READY) ## check style and spelling
 	$(RUN)/codespell bakery tests tools docs README.md CHANGELOG.md Makefile
 
 golden: $(READY) ## accept today's pictures as the golden ones
-	$(RUN)/python -m pytest -k golden --update-golden
+	UPDATE_GOLDEN=1 $(RUN)/python -m pytest tests/golden
 
 bench: $(READY) ## measure speed and memory; append a line to tests/bench/results.csv
 	$(RUN)/python tests/bench/bench.py '$(SAMPLE)'
