@@ -90,7 +90,7 @@ def lashes(head, subject, vertices, share=1.0):
     sets = []
     for side in SIDES:
         s, center = SIGN[side], centers[0 if side == "left" else 1]
-        for ring, number, length in ((LID_UPPER, 170, 7.2), (LID_LOWER, 70, 4.4)):
+        for ring, number, length in ((LID_UPPER, 160, 6.5), (LID_LOWER, 70, 4.4)):
             upper = ring is LID_UPPER
             path = spline(marks[list(ring[side])], 200)
             count = max(12, int(number * min(1, share * 1.5)))

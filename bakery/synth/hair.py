@@ -32,7 +32,7 @@ def strand_colors(subject, count, rng, places):
     """Colours [S, 3] of single hairs around the subject's: lighter and darker locks, greys."""
     base = np.array(HAIR_COLORS[subject.hair_color])
     lock, _ = gradient_noise(places, 9.0, subject.seed + 21, octaves=2)
-    level = np.exp(rng.normal(size=count) * 0.22 + 0.45 * lock)
+    level = np.exp(rng.normal(size=count) * 0.22 + 0.6 * lock)
     warm = np.exp(rng.normal(size=(count, 1)) * 0.06 * np.array([1, 0, -1.0]))
     color = base * level[:, None] * warm
     temple = np.clip(np.abs(places[:, 0]) / 75, 0, 1) * 0.5 + 0.75
@@ -229,9 +229,9 @@ def _pulled_back(f):
     length = np.linalg.norm(f.root - knot, axis=1) * f.rng.uniform(0.75, 1.15, f.count)
     length = np.clip(length, 25, 190)
     flow0 = _tangent(knot - f.root + np.array([0, 40.0, 0]) * side, f.out)
-    first = flow0 * 0.95 + f.normal * 0.22 + f.jitter(0.05) + f.locks * 0.05
+    first = flow0 * 0.95 + f.normal * 0.12 + f.jitter(0.05) + f.locks * 0.05
     stray = f.rng.random(f.count) < 0.012
-    lift = 0.8 + 4.2 * f.rng.beta(1.4, 2, f.count) * (0.35 + 0.65 * f.top[:, 0]) + 5 * stray
+    lift = 0.8 + 4.2 * f.rng.beta(1.4, 2, f.count) * (0.6 + 0.4 * f.top[:, 0]) + 5 * stray
 
     def pull(p, t):
         return (
@@ -240,7 +240,7 @@ def _pulled_back(f):
             + f.jitter(0.09) * stray[:, None]
         )
 
-    points = _grow(f, first, pull, length, 22, lift, 0.3, cling=0.8)
+    points = _grow(f, first, pull, length, 22, lift, 0.5, cling=0.5)
     return _clump(points, f.rng, 80, 0.35, 22)
 
 

@@ -148,7 +148,8 @@ def paint(wardrobe, scene, supersample=2, quality=1.0):
     lash = [_move(s, fine) for s in lash]
     volume = Volume([sets[0]] + [s for s in sets if s.kind == "beard"])
 
-    baked, openness = _bake(vertices, normals, faces, environment, volume, quality)
+    walls = faces[np.isin(part, [PARTS.index("skin"), CLOTH])]  # what casts shadows
+    baked, openness = _bake(vertices, normals, walls, environment, volume, quality)
     rows, columns = np.nonzero(seen.face >= 0)
     corner = faces[seen.face[rows, columns]]
     weight = seen.barycentric[rows, columns]
@@ -161,7 +162,7 @@ def paint(wardrobe, scene, supersample=2, quality=1.0):
     kind = part[seen.face[rows, columns]]
     still, shade = blend(rest), blend(np.concatenate([baked, openness[:, None], band[:, None]], 1))
     view = -points / np.linalg.norm(points, axis=1, keepdims=True)
-    visibility = _visibility(points, smooth, vertices, faces, environment, volume, quality)
+    visibility = _visibility(points, smooth, vertices, walls, environment, volume, quality)
     pixel = float(np.median(points[:, 2] / -fine.focal))
 
     image = np.zeros((height, width, 3), np.float32)

@@ -119,7 +119,7 @@ def shade_strands(strands, environment, volume, ambient_scale=1.0):
     sky = 0.12 + 0.88 * np.exp(-1.1 * density * thick)
     irradiance = shine_on(outward, environment.irradiance_ambient())
     irradiance = irradiance.reshape(count, knots, 3) * sky[..., None] * ambient_scale
-    out = (color * 0.9 + 0.014 * strands.gloss) * irradiance
+    out = (color * 0.9 + 0.022 * strands.gloss) * irradiance
     for lamp in environment.lamps:
         thick = volume.thickness(flat, lamp.direction, 2.5, 60.0).reshape(count, knots)
         lit = np.exp(-density * thick)[..., None] * lamp.color
