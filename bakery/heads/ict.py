@@ -5,6 +5,7 @@ References:
     Li et al., "Learning Formation of Physically-Based Face Attributes", CVPR 2020.
 """
 
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -119,7 +120,7 @@ def _read_npz(path):
             data["identity_deltas"].astype(np.float32),
             shapes,
         )
-    except (OSError, ValueError, KeyError) as error:
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(f"{path}: not a file of ICT-FaceKit ({error})") from error
 
 

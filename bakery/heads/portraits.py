@@ -1,5 +1,6 @@
 """Known landmarks of many photos, to learn a head model's correspondence and shapes from."""
 
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,7 @@ def read_points(points, portraits):
     try:
         with np.load(points, allow_pickle=False) as file:
             names, known = [str(name) for name in file["names"]], file["points"]
-    except (OSError, ValueError, KeyError) as error:
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(f"{points}: needs arrays `names` and `points` ({error})") from error
     if known.ndim != 3 or known.shape[:2] != (len(names), LANDMARKS) or known.shape[2] < 2:
         raise InputError(

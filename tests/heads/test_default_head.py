@@ -66,7 +66,8 @@ def test_landmarks_are_mirrored_and_in_order(head):
     for right, left in ((33, 263), (133, 362), (61, 291), (159, 386), (145, 374), (234, 454)):
         np.testing.assert_allclose(points[right] * [-1, 1, 1], points[left], atol=0.15)
     assert points[33, 0] < points[133, 0] < points[362, 0] < points[263, 0]
-    assert points[10, 1] > points[1, 1] > points[13, 1] >= points[14, 1] > points[152, 1]
+    assert points[10, 1] > points[1, 1] > points[13, 1] > points[17, 1] > points[152, 1]
+    assert abs(points[13, 1] - points[14, 1]) < 1.5, "closed lips meet"
     assert abs(points[1, 0]) < 0.2 and points[1, 2] > points[:, 2].max() - 1
 
 
