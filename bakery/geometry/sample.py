@@ -1,6 +1,7 @@
 """Reading values between pixels and between vertices."""
 
 import cv2
+import numba
 import numpy as np
 
 
@@ -14,13 +15,36 @@ def interpolate(fragments, corners):
     Returns:
         [H, W, C] float32; 0 where there is no face.
     """
+    out = np.zeros(fragments.face.shape + corners.shape[2:], np.float32)
+    flat = out.reshape(fragments.face.size, -1)
+    _blend(
+        fragments.face.ravel(),
+        fragments.barycentric.reshape(-1, 3),
+        np.ascontiguousarray(corners, np.float32).reshape(len(corners), 3, -1),
+        flat,
+    )
+    return out
+
+
+@numba.njit(cache=True, nogil=True)
+def _blend(face, barycentric, corners, out):
+    for n in range(len(face)):
+        f = face[n]
+        if f >= 0:
+            for c in range(out.shape[1]):
+                out[n, c] = (
+                    barycentric[n, 0] * corners[f, 0, c]
+                    + barycentric[n, 1] * corners[f, 1, c]
+                    + barycentric[n, 2] * corners[f, 2, c]
+                )
+
+
+def interpolate_reference(fragments, corners):
+    """`interpolate` in plain numpy."""
     seen = fragments.face >= 0
     out = np.zeros(fragments.face.shape + corners.shape[2:], np.float32)
-    out[seen] = np.einsum(
-        "nk,nkc->nc",
-        fragments.barycentric[seen],
-        corners[fragments.face[seen]].astype(np.float32, copy=False),
-    )
+    weights, values = fragments.barycentric[seen], corners[fragments.face[seen]]
+    out[seen] = np.einsum("nk,nkc->nc", weights, values)
     return out
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bakery.geometry.raster import rasterize, rasterize_reference
-from bakery.geometry.sample import bilinear, interpolate
+from bakery.geometry.sample import bilinear, interpolate, interpolate_reference
 
 
 def random_scene(seed):
@@ -57,6 +57,13 @@ def test_interpolate_repeats_a_linear_function():
     picture = interpolate(found, pixels[np.array([[0, 1, 2]])])
     y, x = np.mgrid[:16, :16] + 0.5
     np.testing.assert_allclose(picture, np.stack([x, y], -1), atol=1e-4)
+
+
+def test_fast_interpolation_equals_reference():
+    found = rasterize(*random_scene(7), (64, 60))
+    corners = np.random.default_rng(0).random((200, 3, 4)).astype(np.float32)
+    fast, clear = interpolate(found, corners), interpolate_reference(found, corners)
+    np.testing.assert_allclose(fast, clear, atol=1e-6)  # order of sums in float32
 
 
 def test_bilinear_reads_pixel_centres_and_long_lists():
