@@ -146,8 +146,7 @@ def _crop(f, longer=1.0):
     length *= 0.45 + 0.55 * f.density
     first = flow * 0.55 + f.normal * (0.35 + 0.5 * f.top) + f.jitter(0.16)
     lift = 1.2 + 9 * f.top[:, 0] * longer * f.rng.uniform(0.3, 1, f.count)
-    pull = lambda p, t: flow + f.down * 0.15 * t  # noqa: E731
-    points = _grow(f, first, pull, length, 9, lift, 0.72)
+    points = _grow(f, first, lambda p, t: flow + f.down * 0.15 * t, length, 9, lift, 0.72)
     return _clump(points, f.rng, 45, 0.2 + 0.35 * f.top[:, :, None], 9)
 
 
@@ -164,8 +163,13 @@ def _side_part(f):
     length *= 0.45 + 0.55 * f.density
     first = flow * 0.8 + f.normal * (0.22 + 0.25 * f.top) + f.jitter(0.08)
     lift = 1.2 + 7 * f.top[:, 0] * f.rng.uniform(0.35, 1, f.count) * (0.4 + 0.6 * main)
-    blend = lambda p, t: _tangent(flow + f.down * 0.5 * t * (1 - 0.5 * f.top), f.skull.height(p)[1])  # noqa: E731
-    points = _grow(f, first, blend, length, 14, lift, 0.62, cling=0.6)
+
+    def pull(p, t):
+        hang = np.clip((f.chart.crown - 42 - p[:, 1:2]) / 30, 0, 1) * 1.3
+        sink = f.down * (0.5 * t * (1 - 0.5 * f.top) + hang)
+        return _tangent(flow + sink, f.skull.height(p)[1])
+
+    points = _grow(f, first, pull, length, 14, lift, 0.62, cling=0.6)
     return _clump(points, f.rng, 70, 0.2 + 0.4 * f.top[:, :, None], 14)
 
 
@@ -205,7 +209,7 @@ def _bob(f):
     side = np.clip(np.abs(f.rest[:, :1]) / 70, 0, 1)
     face = np.clip((f.rest[:, 2:] - f.chart.axis) / 80, 0, 1)
     toward = (
-        f.left * across * (1.0 - 0.6 * side) + f.back * (0.6 - 0.4 * face) + f.down * 0.45 * side
+        f.left * across * (1.0 - 0.6 * side) + f.back * (0.65 - 0.2 * face) + f.down * 0.45 * side
     )
     length = np.clip(f.root[:, 1] - (chin - 6), 30, None) * 1.02 + 34 * f.top[:, 0]
     length *= 1.04 - 0.22 * f.rng.beta(1, 3, f.count)

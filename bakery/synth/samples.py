@@ -75,7 +75,7 @@ def people(head):
     return {
         "anna": (
             Subject(
-                101, identity_of(head, FACES["anna"], 101), age=29, melanin=0.28, haemoglobin=1.0, freckles=0.5, lip_color=1.3,
+                101, identity_of(head, FACES["anna"], 101), age=29, melanin=0.28, haemoglobin=1.0, freckles=0.5, lip_color=1.1,
                 iris="green", hair="bob", hair_color="chestnut", part=-1.0, brow_density=0.85,
                 brow_length=0.9, lash_length=1.15, clothes="crew", cloth_color=np.array([0.035, 0.09, 0.085]),
             ),
@@ -83,7 +83,7 @@ def people(head):
         ),
         "bela": (
             Subject(
-                102, identity_of(head, FACES["bela"], 102), age=36, melanin=0.55, stubble=0.55, iris="brown", hair="side_part",
+                102, identity_of(head, FACES["bela"], 102), age=36, melanin=0.55, lip_color=0.7, stubble=0.55, iris="brown", hair="side_part",
                 hair_color="dark brown", hairline=3.0, brow_density=1.15, brow_length=1.1, lash_length=0.85,
                 clothes="collar", cloth_color=np.array([0.42, 0.50, 0.60]),
             ),
@@ -91,7 +91,7 @@ def people(head):
         ),
         "chidi": (
             Subject(
-                103, identity_of(head, FACES["chidi"], 103), age=31, melanin=2.4, gloss=0.9, iris="dark brown", hair="curly",
+                103, identity_of(head, FACES["chidi"], 103), age=31, melanin=2.4, gloss=0.9, lip_color=0.8, iris="dark brown", hair="curly",
                 hair_color="black", stubble=0.25, brow_density=1.1, lash_length=0.9, clothes="crew",
                 cloth_color=np.array([0.55, 0.53, 0.48]),
             ),
@@ -99,7 +99,7 @@ def people(head):
         ),
         "dalia": (
             Subject(
-                104, identity_of(head, FACES["dalia"], 104), age=27, melanin=1.55, lip_color=1.5, iris="dark brown",
+                104, identity_of(head, FACES["dalia"], 104), age=27, melanin=1.55, lip_color=1.3, iris="dark brown",
                 hair="pulled_back", hair_color="black", brow_density=1.0, brow_length=0.95, lash_length=1.2,
                 clothes="turtleneck", cloth_color=np.array([0.33, 0.07, 0.05]),
             ),
@@ -107,7 +107,7 @@ def people(head):
         ),
         "emil": (
             Subject(
-                105, identity_of(head, FACES["emil"], 105), age=69, melanin=0.32, haemoglobin=1.0, moles=7, iris="blue",
+                105, identity_of(head, FACES["emil"], 105), age=69, melanin=0.32, lip_color=0.65, moles=7, iris="blue",
                 hair="thinning", hair_color="grey", grey=0.6, hairline=9.0, brow_density=0.9,
                 brow_length=1.15, lash_length=0.75, clothes="collar",
                 cloth_color=np.array([0.60, 0.60, 0.58]),
@@ -118,7 +118,7 @@ def people(head):
             Subject(
                 106, identity_of(head, FACES["fumiko"], 106), age=58, melanin=0.62, haemoglobin=0.9, moles=5, iris="dark brown",
                 hair="bob", hair_color="black", grey=0.35, part=1.0, brow_density=0.7, lash_length=0.9,
-                lip_color=1.15, clothes="crew", cloth_color=np.array([0.16, 0.14, 0.22]),
+                lip_color=0.95, clothes="crew", cloth_color=np.array([0.16, 0.14, 0.22]),
             ),
             _scene(6, "room", (0.42, 0.40, 0.37), light={"azimuth": 32.0}, yaw=6.0),
         ),

@@ -211,6 +211,9 @@ def shade_inputs(chart, maps, subject, points, hair_color):
         amount * 0.88 + 0.10 + 0.04 * subject.melanin,
         (3.0 + 0.4 * grain + 0.4 * mottle) * (0.7 + 0.4 * subject.lip_color) * (0.25 + 0.75 * fade),
     )
+    ruddy = ruddy * np.array(
+        [1.0, 0.96, 1.10], np.float32
+    )  # thin skin over deep blood looks cooler
     albedo = bare + (ruddy - bare) * (lips * (0.78 + 0.1 * subject.lip_color))[:, None]
 
     pore, pore_slope = gradient_noise(points, 1.15, subject.seed + 4, octaves=2, gain=0.75)
