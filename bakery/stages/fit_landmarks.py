@@ -30,7 +30,6 @@ class Weights:
     expression: float = 4.0  # ridge per squared weight
     sparse: float = 8.0  # cost of a weight itself: small ones stay exactly 0
     concave: float = 0.2  # weight at which that cost has halved, so that clear ones hardly shrink
-    reluctant: float = 4.0  # times `sparse` for shapes that portraits seldom show
     twins: float = 20.0  # per squared difference of left and right
     contour: float = 0.3  # weight of contour landmarks across the contour
     slide: float = 0.03  # and along it
@@ -163,7 +162,7 @@ def prior_terms(model, shape, weights, anchor=None):
     )
     gradient = hessian @ here
     energy = here @ gradient / 2
-    cost = weights.sparse * np.where(groups.IS_RELUCTANT, weights.reluctant, 1.0)
+    cost = weights.sparse * groups.RELUCTANCE
     saturated = 1 + here[first:] / weights.concave
     gradient[first:] += cost / saturated
     energy += weights.concave * cost @ np.log(saturated)

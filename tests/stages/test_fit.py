@@ -56,13 +56,25 @@ def test_a_known_head_comes_back(head, grey):
 
 @pytest.mark.parametrize(
     "expression",
-    [{"jawOpen": 0.5}, {"eyeBlinkLeft": 0.8, "eyeBlinkRight": 0.8}, {"mouthPucker": 0.7}],
+    [
+        {"jawOpen": 0.5},
+        {"eyeBlinkLeft": 0.8, "eyeBlinkRight": 0.8},
+        {"mouthPucker": 0.7},
+        {"mouthSmileLeft": 0.6, "mouthSmileRight": 0.6},
+    ],
 )
 def test_an_expression_is_found_as_what_it_is(head, grey, expression):
     where, _ = portrait(head, expression)
     found = fit(grey, where, head, BY_POINTS)
     for name, weight in expression.items():
         assert abs(found.expression[EXPRESSION_INDEX[name]] - weight) < 0.25, name
+
+
+def test_raised_brows_are_not_all_taken_for_identity(head, grey):
+    brows = {"browInnerUp": 0.8, "browOuterUpLeft": 0.8, "browOuterUpRight": 0.8}
+    found = [fit(grey, portrait(head, brows, seed=s)[0], head, BY_POINTS) for s in range(3)]
+    raised = [[fit.expression[EXPRESSION_INDEX[name]] for name in brows] for fit in found]
+    assert np.mean(raised) > 0.5
 
 
 def test_antagonists_never_meet(head, grey):
