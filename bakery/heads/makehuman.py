@@ -124,7 +124,7 @@ def piece(raw, name, follow, box):
 # Fitted to the cheek side of MakeHuman's tooth bands; the lower jaw bites inside the upper.
 SCALE = 0.93  # its head is a little smaller than the averages the crowns come from
 ARCHES = {
-    "upper": Arch(17.0, 0.00523, 3.23e-5, -66.9, -0.118, -1, SCALE),
+    "upper": Arch(17.0, 0.00523, 3.23e-5, -66.9, -0.118, -1, SCALE, 1.1),
     "lower": Arch(14.2, 0.00549, 4.04e-5, -64.9, -0.118, 1, SCALE),
 }
 TONGUE_SHIFT = np.array([0.0, 0.5, -5.0])  # mm, off the lower incisors

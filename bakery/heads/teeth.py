@@ -50,6 +50,7 @@ class Arch:
     slope: float  # how y of the edges rises with z
     down: float  # -1 upper jaw: crowns point down; +1 lower jaw
     scale: float  # of the anatomy
+    tall: float = 1.0  # of the crowns' heights beside that
 
     def at(self, along):
         """Points [N, 2] (x, z) and outward normals [N, 2] at arc lengths [N] from the midline."""
@@ -78,7 +79,7 @@ def crown(arch, sizes, number, start):
         (vertices [N, 3], faces, uv [N, 2]: u across 0..1, v from the cheek-side gum over the edge
         to the tongue-side gum).
     """
-    width, height, depth = sizes[number] * arch.scale
+    width, height, depth = sizes[number] * arch.scale * [1, arch.tall, 1]
     middle = start + width / 2
     (point,), (normal,) = arch.at(np.array([middle]))
     tangent = np.array([normal[1], -normal[0]])
@@ -165,7 +166,9 @@ def gum(arch, sizes, dome):
     which = np.concatenate([which[:0:-1], which]).astype(int)
     points, normals = arch.at(along)
     depth = np.interp(np.abs(along), (edges[:-1] + edges[1:]) / 2, sizes[:, 2]) * arch.scale
-    height = np.interp(np.abs(along), (edges[:-1] + edges[1:]) / 2, sizes[:, 1]) * arch.scale
+    height = (
+        np.interp(np.abs(along), (edges[:-1] + edges[1:]) / 2, sizes[:, 1]) * arch.scale * arch.tall
+    )
     beyond = np.clip((np.abs(along) - edges[-1]) / 3.0, 0, 1)  # behind the last tooth it closes
     papilla = 2.6 * arch.scale * (1 - np.sin(np.pi * phase)) ** 1.3 * (1 - beyond)
     line = arch.level(points[:, 1]) - arch.down * height  # gum line at mid-tooth
