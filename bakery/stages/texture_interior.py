@@ -15,7 +15,7 @@ TEETH_OVER_SCLERA = 1.7
 TEETH_TINT = np.array([1.12, 0.975, 0.89], np.float32)
 TEETH_LUMINANCE = (0.30, 0.75)  # linear, of a well exposed photo
 # Wet mucosa against teeth in the same light: published oral-tissue colours lie near L* 50, a* 25.
-GUMS = np.array([0.40, 0.175, 0.17], np.float32)
+GUMS = np.array([0.50, 0.21, 0.20], np.float32)
 TONGUE = np.array([0.38, 0.17, 0.165], np.float32)
 LINING = np.array([0.25, 0.085, 0.08], np.float32)
 SOCKET = np.array([0.45, 0.23, 0.19], np.float32)

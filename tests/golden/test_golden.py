@@ -31,8 +31,8 @@ def avatar():
     fit, segmentation = steps.place_head(SAMPLE, photo, face, head, options)
     generator = steps.plug_in("generators", "rendered")
     textures = steps.paint(photo, face, fit, segmentation, head, generator, options)
-    neutral = steps.fitted_neutral(head, fit)
-    return Avatar(head, neutral, fit, textures, steps.draw_masks(head, options))
+    own, neutral = steps.own_head(head, fit)
+    return Avatar(own, neutral, fit, textures, steps.draw_masks(head, options))
 
 
 def grid(pictures, columns, size=None):
