@@ -62,7 +62,7 @@ def portrait_camera(
 
 def studio_light(
     azimuth=-35.0,
-    elevation=35.0,
+    elevation=28.0,
     radius=14.0,
     key=0.95,
     fill=0.35,
