@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bakery import steps
-from bakery.errors import InputError
+from bakery.errors import InputError, ModelError
 from bakery.formats import record
 from bakery.formats.targets import weight_rows
 from bakery.geometry import camera as cameras
@@ -111,7 +111,10 @@ def _neutral(avatar, fit):
     """
     if fit is None or fit.head != avatar.fit.head:
         return avatar.neutral
-    theirs = steps.fitted_neutral(load_head(fit.head), fit)
+    try:
+        theirs = steps.fitted_neutral(load_head(fit.head), fit)
+    except ModelError:  # a head model that was given by its path, or is not installed here
+        return avatar.neutral
     if theirs.shape != avatar.neutral.shape:
         return avatar.neutral
     own, other = (avatar.head.landmarks(shape)[:468] for shape in (avatar.neutral, theirs))

@@ -15,8 +15,11 @@ from bakery.types import EXPRESSION_INDEX
 UPPER = ((466, 388, 387, 386, 385, 384, 398), (246, 161, 160, 159, 158, 157, 173))
 LOWER = ((249, 390, 373, 374, 380, 381, 382), (7, 163, 144, 145, 153, 154, 155))
 CORNERS = ((263, 362), (33, 133))
-OVERLAP = 0.05  # of the opening, between the 2% that hides the eye and the 8% that looks squeezed
-CLEAR_UPPER, CLEAR_LOWER = 0.5, 0.15  # mm above the white of the eye; the upper lid lies on the lower
+OVERLAP = 0.08  # of the opening: hides the eye, and does not yet look squeezed
+CLEAR_UPPER, CLEAR_LOWER = (
+    0.5,
+    0.15,
+)  # mm above the white of the eye; the upper lid lies on the lower
 GAIN = (0.6, 1.8)  # limits of what a column may be scaled by
 
 
@@ -53,6 +56,7 @@ def _closed(head, neutral, blink, eye, center, radius, skin):
     gap = shut[upper, 1] - shut[lower, 1]
     wanted = travel + gap + OVERLAP * opening
     gain = np.clip(wanted / np.maximum(travel, 0.3 * travel.max()), *GAIN)
+    gain[[0, 1, -2, -1]] = np.maximum(gain[[0, 1, -2, -1]], 1)  # corners show the eye first
     for _ in range(2):  # no spike where one column's landmarks err
         gain = np.convolve(np.pad(gain, 1, "edge"), [0.25, 0.5, 0.25], "valid")
     # Columns run along x; beyond the corners the blink stays as it is.

@@ -76,7 +76,7 @@ def lid_skin(head, neutral, texture, atlas):
 
     # The row of lashes: short dark strokes, uneven along the margin.
     away = cv2.distanceTransform(line, cv2.DIST_L2, 3) * 1024 / size
-    reach = 4.5 + 1.5 * value_noise(flat, 0.5, 50).reshape(size, size)
+    reach = 7.0 + 2.0 * value_noise(flat, 0.5, 50).reshape(size, size)
     lashes = smoothstep(reach, 0.3 * reach, away) * 0.9
     color = color * (1 - (1 - LASHES) * lashes)[..., None]
     soft = [cv2.GaussianBlur(mask, (0, 0), size / 250) for mask in masks]
