@@ -204,11 +204,11 @@ def save_head(path, head, threshold=2e-3):
         "part_names": np.array(PARTS),
         "follow": head.follow.astype(np.uint8),
         # Steps of 4 micrometres: as good as exact, and half the file.
-        "identity": (np.round(head.identity_basis * 256) / 256).astype(np.float16),
+        "identity": (np.round(head.identity_basis * 256) / 256 + 0.0).astype(np.float16),
         "expression_names": np.array(EXPRESSIONS),
         "expression_start": np.array(start, np.int32),
         "expression_vertex": np.concatenate(vertex).astype(np.int32),
-        "expression_value": np.concatenate(value).astype(np.float16),
+        "expression_value": np.concatenate(value).astype(np.float16) + np.float16(0),  # no -0.0
         "landmark_faces": head.landmark_faces.astype(np.int32),
         "landmark_barycentric": head.landmark_barycentric.astype(np.float32),
         "rectangle_names": np.array(list(head.uv_rectangles) or [""], dtype="U32")[
