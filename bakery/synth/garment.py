@@ -61,9 +61,10 @@ def make_garment(head, subject, neutral):
     bottom = skin[:, 1].min()
     chin = head.landmarks(neutral)[152]
     slabs = [skin[np.abs(skin[:, 1] - y) < 4] for y in np.arange(chin[1] - 36, chin[1] - 4, 4)]
-    neck = min((slab for slab in slabs if len(slab) > 8), key=lambda slab: np.abs(slab[:, 0]).max())
-    neck = neck[neck[:, 2] < chin[2] - 12]
-    center = float((neck[:, 2].min() + neck[:, 2].max()) / 2)
+    filled = [slab for slab in slabs if len(slab) > 8]
+    throat = filled[0]  # the lowest, clear of the jaw
+    center = float((throat[:, 2].min() + throat[:, 2].max()) / 2)
+    neck = min(filled, key=lambda slab: np.abs(slab[:, 0]).max())
     low = skin[skin[:, 1] < chin[1] - 6]
     profile, levels = _profile(low, center)
     profile = profile.astype(np.float32)
@@ -120,7 +121,7 @@ def make_garment(head, subject, neutral):
         faces = np.concatenate([faces, leaf_faces + len(vertices)])
         vertices = np.concatenate([vertices, leaf])
         bands = np.concatenate([bands, np.full(len(leaf), 0.5)])
-    hidden = _hidden(head, neutral, angle, line, center)
+    hidden = _hidden(head, neutral, angle, line, center, subject.clothes == "turtleneck")
     return Garment(
         vertices.astype(np.float32), faces.astype(np.int32), bands.astype(np.float32), hidden
     )
@@ -166,11 +167,12 @@ def _collar(rows, line, angle, outward):
     return np.concatenate([lift, under]), np.concatenate([faces, faces[:, ::-1] + len(lift)])
 
 
-def _hidden(head, neutral, angle, line, center):
-    """Faces [F] of the head that lie well below the neck line."""
+def _hidden(head, neutral, angle, line, center, close):
+    """Faces [F] of the head that lie well below the neck line, less so where it fits closely."""
     where = np.arctan2(neutral[:, 0], neutral[:, 2] - center)
     edge = np.interp(where, angle, line, period=2 * np.pi)
-    below = neutral[:, 1] < edge - 27 - 13 * np.clip(np.cos(where), 0, 1)
+    depth = 10 if close else 27 + 13 * np.clip(np.cos(where), 0, 1)
+    below = neutral[:, 1] < edge - depth
     return below[head.faces].all(1)
 
 
