@@ -56,7 +56,7 @@ def _closed(head, neutral, blink, eye, center, radius, skin):
     gap = shut[upper, 1] - shut[lower, 1]
     wanted = travel + gap + OVERLAP * opening
     gain = np.clip(wanted / np.maximum(travel, 0.3 * travel.max()), *GAIN)
-    gain[[0, 1, -2, -1]] = np.maximum(gain[[0, 1, -2, -1]], 1)  # corners show the eye first
+    gain[[0, -1]] = np.maximum(gain[[0, -1]], 1)  # corners show the eye first
     for _ in range(2):  # no spike where one column's landmarks err
         gain = np.convolve(np.pad(gain, 1, "edge"), [0.25, 0.5, 0.25], "valid")
     # Columns run along x; beyond the corners the blink stays as it is.

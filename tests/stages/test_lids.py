@@ -37,10 +37,10 @@ def test_overlap_is_small(head):
     shut = own.landmarks(own.vertices(neutral, BLINK, (0, 0)))
     rest = own.landmarks(neutral)
     for upper, lower in zip(UPPER, LOWER):
-        opening = (rest[list(upper), 1] - rest[list(lower), 1])[1:-1]
-        overlap = (shut[list(lower), 1] - shut[list(upper), 1])[1:-1] / opening
-        # 5% is aimed at; lying on the ball and smoothing along the lid move single columns.
-        assert 0.0 < overlap.mean() < 0.2
+        opening = (rest[list(upper), 1] - rest[list(lower), 1]).max()
+        overlap = (shut[list(lower), 1] - shut[list(upper), 1])[2:-2] / opening
+        # 8% is aimed at; lying on the ball and smoothing along the lid move single columns.
+        assert 0.02 < overlap.mean() < 0.15
 
 
 def test_the_head_given_is_left_alone(head):
