@@ -28,8 +28,10 @@ class NetworkOptions:
     shrink: float = 3.2  # photo pixels a pixel of the finest level: a 64 pixel face is 20 there
     coarsest: int = 96  # longer side of the coarsest level, pixels
     finest: int = 2000  # longer side of the finest level at most, pixels
-    finder_score: float = 0.45  # weaker peaks are not looked at
+    finder_score: float = 0.35  # weaker peaks are not looked at
     presence: float = 0.5  # weaker faces are not reported
+    score: float = 0.6  # nor are those with a lower geometric mean of both; training photos made
+    # dark, blurred and noisy have 0.88 and more, textures taken for faces up to 0.57
     candidates: int = 12  # peaks that are looked at
     looks: int = 2  # of the points network; each after the first starts from the one before
     full_confidence_error: float = 0.1  # expected error, eye distances, at confidence 1/e
@@ -64,7 +66,8 @@ class NetworkDetector:
         scores = np.sqrt(np.multiply(scores, presence))
         faces, kept = [], []
         for i in np.argsort(-scores):
-            if presence[i] >= self.options.presence and not _repeats(found[i], kept):
+            sure = presence[i] >= self.options.presence and scores[i] >= self.options.score
+            if sure and not _repeats(found[i], kept):
                 kept.append(found[i])
                 faces.append(self._landmarks(shapes[i], errors[i], scores[i]))
         return faces
