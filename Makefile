@@ -37,7 +37,7 @@ test: $(READY) ## run the tests
 lint: $(READY) ## check style and spelling
 	$(RUN)/ruff check .
 	$(RUN)/ruff format --check .
-	$(RUN)/codespell bakery tests tools docs README.md CHANGELOG.md Makefile
+	$(RUN)/codespell bakery tests docs README.md CHANGELOG.md Makefile
 
 golden: $(READY) ## accept today's pictures as the golden ones
 	UPDATE_GOLDEN=1 $(RUN)/python -m pytest tests/golden
@@ -47,7 +47,7 @@ bench: $(READY) ## measure speed and memory; append a line to tests/bench/result
 
 avatars: $(READY) ## bake every portrait of PHOTOS=folder into OUT=folder; -j2 bakes two at once
 	@mkdir -p '$(OUT)'
-	@$(RUN)/python tools/avatars.py '$(PHOTOS)' '$(OUT)' '$(abspath $(RUN)/bakery)' '$(FLAGS)' > '$(OUT)/.avatars.mk'
+	@$(RUN)/python -m bakery.cli.avatars_makefile '$(PHOTOS)' '$(OUT)' '$(abspath $(RUN)/bakery)' '$(FLAGS)' > '$(OUT)/.avatars.mk'
 	+@$(MAKE) --no-print-directory --keep-going -f '$(OUT)/.avatars.mk' all
 
 samples: $(READY) ## paint the synthetic portraits of samples/ again

@@ -2,7 +2,7 @@
 
 Only explicit rules can hold names with blanks, so they are written out, escaped.
 
-    python tools/avatars.py PHOTOS OUT BAKERY FLAGS > avatars.mk
+    python -m bakery.cli.avatars_makefile PHOTOS OUT BAKERY FLAGS > avatars.mk
 """
 
 import re
@@ -14,10 +14,10 @@ from pathlib import Path
 ENDINGS = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp", ".jp2")
 
 
-def for_make(path):
-    """A path as a target or prerequisite."""
+def for_make(path, target=False):
+    """A path as a prerequisite or target; only a target takes `%` for a pattern."""
     text = str(path).replace("$", "$$")
-    return re.sub(r"([ #:%\\])", r"\\\1", text)
+    return re.sub(r"([ #:%\\])" if target else r"([ #:\\])", r"\\\1", text)
 
 
 def for_shell(path):
@@ -38,10 +38,9 @@ def rules(photos, out, bakery, flags):
             continue
         name = photo.stem if stems[photo.stem] == 1 else photo.name
         bundle = out / f"{name}.avatar"
-        target = for_make(bundle / "avatar.json")
-        targets.append(target)
+        targets.append(for_make(bundle / "avatar.json"))
         lines += [
-            f"{target}: {for_make(photo)}",
+            f"{for_make(bundle / 'avatar.json', target=True)}: {for_make(photo)}",
             f"\t@{bakery} build {flags} --overwrite -o {for_shell(bundle)} -- {for_shell(photo)}",
         ]
     # PRECIOUS: make must not delete the manifest of a bundle that was complete when it was stopped.
