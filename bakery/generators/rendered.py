@@ -126,9 +126,7 @@ class RenderedGenerator:
 
         mouth = is_part(part, *MOUTH)
         if mouth.any():
-            lips = cameras.to_camera(
-                head.landmarks(conditions.vertices)[list(INNER_LIPS)], camera
-            )
+            lips = cameras.to_camera(head.landmarks(conditions.vertices)[list(INNER_LIPS)], camera)
             lip_depth = float(np.median(-lips[:, 2]))
             reach = lip_occlusion(part, depth, camera.focal, lip_depth)[mouth]
             normals, base = conditions.normals[mouth], conditions.deformed_neutral[mouth]
@@ -139,16 +137,16 @@ class RenderedGenerator:
             sheen = 0.5 * wet * base.max()
             color[mouth] = (base * light[:, None] + sheen[:, None]) * reach[:, None]
         inside = eyes | mouth | is_part(part, "eye_socket")
-        color = np.where(is_part(part, "eye_socket")[..., None], conditions.deformed_neutral * 0.5, color)
+        color = np.where(
+            is_part(part, "eye_socket")[..., None], conditions.deformed_neutral * 0.5, color
+        )
         return color, inside.astype(np.float32)
 
     def _eye(self, subject, conditions, which, mine):
         """Ball and glint colours [n, 3] at the pixels of one eye."""
         head, fragments = subject.head, conditions.fragments
         corners = head.faces[fragments.face[mine]]
-        points = np.einsum(
-            "nk,nkc->nc", fragments.barycentric[mine], conditions.vertices[corners]
-        )
+        points = np.einsum("nk,nkc->nc", fragments.barycentric[mine], conditions.vertices[corners])
         direction = points - head.eye_centers(conditions.vertices)[which]
         direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-6)
         return look_up(subject.eyes, which, direction, conditions.gaze)

@@ -151,9 +151,7 @@ def _profile(line, curve, points, seed):
 
 def _probe(line, curve, neutral, skin, centers):
     """Faces around a fold and the direction across it on each."""
-    near = np.flatnonzero(
-        ((centers > curve.min(0) - 12) & (centers < curve.max(0) + 12)).all(1)
-    )
+    near = np.flatnonzero(((centers > curve.min(0) - 12) & (centers < curve.max(0) + 12)).all(1))
     reach = np.linalg.norm(centers[near, None] - curve[None, ::4], axis=2).min(1)
     near, reach = near[reach < 12], reach[reach < 12]
     corners = skin[near]

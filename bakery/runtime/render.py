@@ -61,10 +61,10 @@ def draw(avatar, vertices, camera, expression, gaze, dynamic=True):
     uv = interpolate(found, head.uv[head.uv_faces[faces]])
     color = bilinear(skin, uv * skin.shape[0]) * hit[..., None]
 
-    carriers = {"mouth_sheet": mouth_picture(textures, mouth_landmarks(head, avatar.neutral, vertices))}
-    eyes = np.asarray(
-        textures.gaze[nearest_gaze(textures.gaze_directions, gaze)], np.float32
-    )
+    carriers = {
+        "mouth_sheet": mouth_picture(textures, mouth_landmarks(head, avatar.neutral, vertices))
+    }
+    eyes = np.asarray(textures.gaze[nearest_gaze(textures.gaze_directions, gaze)], np.float32)
     half = eyes.shape[1] // 2
     for which, eye in enumerate(EYES):
         carriers["eye_cap_" + eye] = np.ascontiguousarray(

@@ -73,9 +73,7 @@ class Atlas:
 
 def make_atlas(head, size):
     """Rasterise the uv layout of a head at `size` texels a side (carriers left out)."""
-    keep = np.flatnonzero(
-        ~np.isin(head.face_part, [PARTS.index(name) for name in CARRIERS])
-    )
+    keep = np.flatnonzero(~np.isin(head.face_part, [PARTS.index(name) for name in CARRIERS]))
     fragments = rasterize(head.uv * size, None, head.uv_faces[keep], (size, size))
     index = np.flatnonzero(fragments.face.ravel() >= 0)
     face = keep[fragments.face.ravel()[index]].astype(np.int32)

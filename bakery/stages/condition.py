@@ -59,7 +59,9 @@ def condition(head, neutral, texture, expression, gaze, camera, parts=DRAWN):
     seen = found.face >= 0
     face = np.where(seen, faces[found.face], -1).astype(np.int32)
     fragments = type(found)(face, found.barycentric, found.depth)
-    normals = interpolate(fragments, vertex_normals(points, head.faces).astype(np.float32)[head.faces])
+    normals = interpolate(
+        fragments, vertex_normals(points, head.faces).astype(np.float32)[head.faces]
+    )
     normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-6)
     part = np.where(seen, head.face_part[face], 255).astype(np.uint8)
     uv = interpolate(fragments, head.uv[head.uv_faces])
@@ -99,4 +101,3 @@ def _gaze_mask(head, vertices, neutral, gaze, camera, fragments, part):
         iris = 1 - smoothstep(IRIS - 0.4, IRIS + 0.4, off_axis)
         out[mine] = np.stack([iris, 1 - iris], 1)
     return out
-

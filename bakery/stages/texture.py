@@ -189,7 +189,9 @@ def with_own_gaze(directions, gaze):
     return out
 
 
-def bake(photo, landmarks, fit, neutral, head, skin_mask, generator, targets, options, progress=None):
+def bake(
+    photo, landmarks, fit, neutral, head, skin_mask, generator, targets, options, progress=None
+):
     """Paint every texture of the avatar.
 
     Args:

@@ -157,7 +157,9 @@ def complete_skin(linear, skin_mask, points, fit, head, vertices, atlas):
     anchored = np.maximum(trusted, FAR_TONE * picture(np.ones(len(rows))))
     values = np.where(trusted[..., None] > 0, low, tone)
     base = diffuse(values, anchored)
-    grain = grain_like(joined, trusted * picture(np.ones(len(rows))), vertices, atlas, rows, picture)
+    grain = grain_like(
+        joined, trusted * picture(np.ones(len(rows))), vertices, atlas, rows, picture
+    )
     inner_lips = cv2.GaussianBlur(uv_polygon(head, LIPS, 1.0, atlas.size), (0, 0), atlas.size / 300)
     mucosa = 1 - (1 - MUCOSA) * inner_lips[..., None]
     inferred = base * mucosa * np.exp(grain)[..., None]

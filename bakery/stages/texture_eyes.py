@@ -88,7 +88,9 @@ def _one_eye(linear, points, fit, vertices, head, eye, shade, skin_tone):
     detail = np.clip(np.log(np.maximum(color, 1e-3) / np.maximum(model, 1e-3)), -0.8, 0.8)
     mirror = to_map(((directions @ aim) * [1, -1, 1]) @ aim.T, MAP)
     flipped = bilinear(np.ascontiguousarray(detail, np.float32), mirror)
-    flipped_weight = bilinear(np.ascontiguousarray(clean, np.float32), mirror) * (angle < iris_angle)
+    flipped_weight = bilinear(np.ascontiguousarray(clean, np.float32), mirror) * (
+        angle < iris_angle
+    )
     known = clean + (1 - clean) * flipped_weight
     joined = (detail * clean[..., None] + flipped * ((1 - clean) * flipped_weight)[..., None]) / (
         np.maximum(known, 1e-4)[..., None]

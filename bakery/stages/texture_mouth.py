@@ -83,9 +83,7 @@ def mouth_texture(subject, generator, camera, sheet, expression):
     Returns:
         [h, w, 3] float32 linear, None if the lips hide all of it; and the lip landmarks [40, 2].
     """
-    seen = condition(
-        subject.head, subject.neutral, subject.texture, expression, (0.0, 0.0), camera
-    )
+    seen = condition(subject.head, subject.neutral, subject.texture, expression, (0.0, 0.0), camera)
     picture = generator.generate(subject, seen, interior_only=True).image
     pixels = cameras.project(sheet.at(seen.vertices), camera)
     shown = cv2.GaussianBlur(is_part(seen.part, *MOUTH).astype(np.float32), (0, 0), 1.0)
