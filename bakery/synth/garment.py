@@ -111,7 +111,7 @@ def make_garment(head, subject, neutral):
     bumps, _ = gradient_noise(points + fold, (46, 90, 46), subject.seed + 71, octaves=2)
     rows += (bumps.reshape(below.shape) * 7 * smoothstep(25, 90, below))[..., None] * outward
     inner = rows[:1] - outward * 2.6 + [0, -1.0, 0]
-    deeper = inner - [0, 14.0, 0]
+    deeper = inner - [0, 14.0, 0] - outward * 7.0  # the throat recedes below the collar
     rim = rows[:1] - outward * 1.2 + [0, 1.8, 0]
     rows = np.concatenate([deeper, inner, rim, rows])
     band = np.concatenate([np.repeat(band[:1], 3, 0), band])
