@@ -27,3 +27,21 @@ def samples(names, output, head):
 
     for path in write(load_head(head), output, names or None):
         click.echo(path)
+
+
+@synth.command("training", cls=options.Command)
+@click.option("-n", "--count", required=True, type=click.IntRange(1), help="Pictures.")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")
+@click.option("--seed", default=0, show_default=True, help="Picture k depends on seed and k only.")
+@options.head
+def training(count, output, seed, head):
+    """Paint random people with their 478 points, for `bakery train detector --rendered`.
+
+    \b
+    bakery synth training -n 1000 -o runs/painted
+    """
+    from bakery.heads.file import load_head
+    from bakery.synth.training import write
+
+    for path in write(load_head(head), output, count, seed):
+        click.echo(path)
