@@ -72,7 +72,7 @@ def measure(pair, head, generator, options, pictures=None):
         pair.smiling, smiling, landmarks_of(pair.smiling_points), head, options
     )
     scene = frames.Scene(other.expression, other.gaze, other, "front", None, True)
-    made, _ = frames.render(avatar, scene)
+    made, face = frames.render(avatar, scene)
     if pictures is not None:
         row = [
             warp_pixels(np.asarray(picture, np.float32), face_crop(points), CROP)
@@ -88,8 +88,8 @@ def measure(pair, head, generator, options, pictures=None):
         pair.name,
         pair.teeth,
         back,
-        compare(made, smiling.encoded, pair.smiling_points),
-        plain_warp(photo.encoded, pair.neutral_points, smiling.encoded, pair.smiling_points),
+        compare(made, smiling.encoded, pair.smiling_points, face),
+        plain_warp(photo.encoded, pair.neutral_points, smiling.encoded, pair.smiling_points, face),
     )
 
 

@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 
 from bakery.geometry.color import LUMA
+from bakery.geometry.fill import diffuse
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear, interpolate
 
@@ -66,7 +67,8 @@ def warp_pixels(image, matrix, size):
 def piecewise_affine(image, source, target):
     """Warp a picture so that source points [n, 2] land on target points; Delaunay triangles.
 
-    The baseline every avatar has to beat. Pixels outside the triangles are 0.
+    The baseline every avatar has to beat. The triangles' border is continued outside, since a hull
+    drawn to whole pixels reaches a little beyond them.
     """
     height, width = image.shape[:2]
     low, high = target.min(0) - 2, target.max(0) + 2
@@ -83,4 +85,5 @@ def piecewise_affine(image, source, target):
     faces = np.array(faces, np.int32)
     found = rasterize(np.asarray(target, float), None, faces, (height, width))
     where = interpolate(found, np.asarray(source, np.float32)[faces])
-    return bilinear(image, where) * (found.face >= 0)[..., None]
+    inside = (found.face >= 0).astype(np.float32)
+    return diffuse(bilinear(image, where) * inside[..., None], inside)
