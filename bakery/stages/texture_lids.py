@@ -32,7 +32,7 @@ BELOW = (
 TEXELS = 1024  # at most; a lid is about 60 of them high
 GRAIN = 0.02  # log-luminance of the fine noise that keeps filled skin from looking flat
 DARKEST = 0.8  # of the skin around, as dark as a bare lid may be
-LASHES = 0.3  # what the row of lashes leaves of the light
+LASHES = 0.15  # what the row of lashes leaves of the light
 
 
 def lid_skin(head, neutral, texture, atlas):
@@ -76,7 +76,7 @@ def lid_skin(head, neutral, texture, atlas):
 
     # The row of lashes: short dark strokes, uneven along the margin.
     away = cv2.distanceTransform(line, cv2.DIST_L2, 3) * 1024 / size
-    reach = 7.0 + 2.0 * value_noise(flat, 0.5, 50).reshape(size, size)
+    reach = 9.0 + 2.5 * value_noise(flat, 0.5, 50).reshape(size, size)
     lashes = smoothstep(reach, 0.3 * reach, away) * 0.9
     color = color * (1 - (1 - LASHES) * lashes)[..., None]
     soft = [cv2.GaussianBlur(mask, (0, 0), size / 250) for mask in masks]
