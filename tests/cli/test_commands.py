@@ -154,7 +154,11 @@ def test_interrupt_ends_with_130_and_goes_on(bakery, portrait, tmp_path):
     out = tmp_path / "a.avatar"
     command = ["build", photo, "--landmarks", marks, "-o", out, "--preset", "small"]
     process = subprocess.Popen(
-        [sys.executable, "-m", "bakery", *map(str, command)], stderr=subprocess.PIPE, text=True
+        [sys.executable, "-m", "bakery", *map(str, command)],
+        stderr=subprocess.PIPE,
+        text=True,
+        # A shell's background job ignores SIGINT, and so would what it starts.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     for _ in range(600):
         time.sleep(0.1)
