@@ -22,7 +22,7 @@ from bakery.stages import assess, texture
 from bakery.stages import bundle as bundles
 from bakery.stages.atlas import make_atlas
 from bakery.stages.detect import SMALLEST_FACE, detect_faces, face_size
-from bakery.stages.fit import FitOptions, fit
+from bakery.stages.fit import FitOptions, fit, prepare
 from bakery.stages.lids import close_lids
 from bakery.stages.mask import activation_masks
 from bakery.stages.segment import SegmentOptions, segment
@@ -162,6 +162,7 @@ def place_head(path, photo, landmarks, head, options=BuildOptions(), segmentatio
     try:
         if segmentation is None:
             segmentation = segment_portrait(photo, landmarks, options)
+        prepare(head, options.fit)  # what all fits of a head share is not the time of one
         return fit(photo, landmarks, head, options.fit, segmentation.skin), segmentation
     except FitError as error:
         raise FitError(f"{path}: {error}") from error
