@@ -25,8 +25,9 @@ from bakery.stages.detect import SMALLEST_FACE, detect_faces, face_size
 from bakery.stages.fit import FitOptions, fit, prepare
 from bakery.stages.lids import close_lids
 from bakery.stages.mask import activation_masks
-from bakery.stages.segment import SegmentOptions, segment
+from bakery.stages.segment import HAIR, SegmentOptions, segment
 from bakery.stages.texture import TextureOptions
+from bakery.stages.texture_complete import clear_of_hair
 from bakery.stages.warp import residual_offsets
 from bakery.types import EXPRESSIONS, Fit, Landmarks, Photo
 
@@ -217,13 +218,15 @@ def paint(photo, landmarks, fit, segmentation, head, generator, options, progres
         done += 1
 
     own, neutral = own_head(head, fit)
+    hair = segmentation.labels == HAIR
+    skin = clear_of_hair(segmentation.skin, hair, landmarks.points)
     return texture.bake(
         photo,
         landmarks,
         fit,
         neutral,
         own,
-        segmentation.skin,
+        skin,
         generator,
         wanted,
         options.texture,

@@ -24,6 +24,7 @@ OVAL = (
 )  # fmt: skip
 OBSERVED, MIRRORED, INFERRED, PAINTED = 1, 2, 3, 4  # codes of coverage.exr; 0 is outside all charts
 SKIN = ("skin",)
+HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
 FAR_TONE = 0.003  # how strongly unseen skin leans to the median of the face, against its borders
 MUCOSA = np.array([0.92, 0.66, 0.68], np.float32)  # wet inside of the lips over their outside
 GRAIN_WAVELENGTHS = (0.9, 1.8, 3.6)  # mm; pores to small blotches
@@ -71,6 +72,20 @@ def rims(points, shape):
         away = cv2.distanceTransform(line, cv2.DIST_L2, 3)
         out = np.maximum(out, smoothstep(band * width, 0.5 * band * width, away))
     return out.astype(np.float32)
+
+
+def clear_of_hair(skin, hair, points):
+    """The skin mask without the strip along the hair, where its shadow and loose strands lie.
+
+    Without it a dark line along the hairline stays on the bald head (PITFALLS 10).
+
+    Args:
+        skin: [H, W] float32 0..1; hair: [H, W] boolean, from `segment`.
+        points: [L, 2] pixels.
+    """
+    size = np.linalg.norm(points[33] - points[263])  # outer eye corners
+    away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 3) / size
+    return (skin * smoothstep(*HAIR_STRIP, away)).astype(np.float32)
 
 
 def open_lids(skin_mask, points):
