@@ -14,11 +14,22 @@ from bakery.geometry.noise import value_noise
 TEETH_OVER_SCLERA = 1.7
 TEETH_TINT = np.array([1.12, 0.975, 0.89], np.float32)
 TEETH_LUMINANCE = (0.30, 0.75)  # linear, of a well exposed photo
+TEETH_OVER_SKIN = 2.2  # at least; the darkest skins of london/train have 2 to 7
 # Wet mucosa against teeth in the same light: published oral-tissue colours lie near L* 50, a* 25.
 GUMS = np.array([0.50, 0.21, 0.20], np.float32)
 TONGUE = np.array([0.38, 0.17, 0.165], np.float32)
 LINING = np.array([0.25, 0.085, 0.08], np.float32)
 SOCKET = np.array([0.45, 0.23, 0.19], np.float32)
+
+
+def teeth_luminance(sclera, skin_tone):
+    """Linear luminance of teeth in the light of the photo, from the white of the eye [3].
+
+    The lower limit follows the skin [3] down, or teeth would glow in a dark photo.
+    """
+    low, high = TEETH_LUMINANCE
+    low = min(low, TEETH_OVER_SKIN * float(skin_tone @ LUMA))
+    return float(np.clip(TEETH_OVER_SCLERA * (sclera @ LUMA), low, high))
 
 
 def paint_interior(head, neutral, atlas, sclera, skin_tone):
@@ -31,7 +42,7 @@ def paint_interior(head, neutral, atlas, sclera, skin_tone):
     Returns:
         rows [n] of the atlas and colours [n, 3] linear.
     """
-    light = float(np.clip(TEETH_OVER_SCLERA * (sclera @ LUMA), *TEETH_LUMINANCE))
+    light = teeth_luminance(sclera, skin_tone)
     paints = {
         "teeth_upper": TEETH_TINT,
         "teeth_lower": TEETH_TINT * 0.95,
