@@ -13,6 +13,7 @@ from bakery.geometry.color import to_encoded, to_linear
 from bakery.geometry.fill import smoothstep
 from bakery.heads.base import gaze_of, look
 from bakery.heads.file import load_head
+from bakery.landmarks import face_size
 from bakery.runtime.blend import face_texture
 from bakery.runtime.render import draw, over_gray, over_photo
 from bakery.stages.condition import face_camera
@@ -24,7 +25,6 @@ VIEWS = ("photo", "front")
 # Distance of two fitted heads, in outer-eye-corner distances. Neutral and smiling photos of one
 # person of london/train: 0.014 to 0.052; of two people: 0.030 (5%), 0.045 (median).
 ALIKE = (0.055, 0.035)
-EYE_CORNERS = (33, 263)
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ def _neutral(avatar, fit):
         return avatar.neutral
     own, other = (avatar.head.landmarks(shape)[:468] for shape in (avatar.neutral, theirs))
     own, other = own - own.mean(0), other - other.mean(0)
-    size = np.linalg.norm(own[EYE_CORNERS[0]] - own[EYE_CORNERS[1]])
+    size = face_size(own)
     apart = np.sqrt(((own - other) ** 2).sum(1).mean()) / size
     share = smoothstep(*ALIKE, apart)
     return avatar.neutral + np.float32(share) * (theirs - avatar.neutral)

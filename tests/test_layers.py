@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "bakery"
 LAYERS = [
-    {"errors"}, {"check"}, {"types"}, {"geometry"}, {"formats"},
+    {"errors"}, {"check"}, {"types", "landmarks"}, {"geometry"}, {"formats"},
     {"heads", "detectors", "generators", "preset"}, {"stages"}, {"synth"}, {"runtime"},
     {"steps"}, {"pipeline", "frames", "checkup", "train"}, {"evaluate"}, {"cli"}, {"__main__"},
 ]  # fmt: skip

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from bakery.landmarks import LEFT_EYE_OUTER, RIGHT_EYE_OUTER
+
 POINTS = 478
-RIGHT_EYE_OUTER, LEFT_EYE_OUTER = 33, 263
 CROP_MARGIN = 1.25  # side of a crop / size of the face in it
 PADDING = 127  # grey level outside the picture
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from bakery.detectors import frames
 from bakery.errors import ModelError
+from bakery.landmarks import face_size
 from bakery.types import Landmarks
 
 WEIGHTS = Path(__file__).resolve().parents[1] / "assets" / "detectors" / "network.safetensors"
@@ -112,7 +113,7 @@ class NetworkDetector:
         return tuple(part.numpy() for part in (out if isinstance(out, tuple) else (out,)))
 
     def _landmarks(self, points, errors, score):
-        eyes = np.linalg.norm(points[frames.LEFT_EYE_OUTER] - points[frames.RIGHT_EYE_OUTER])
+        eyes = face_size(points)
         confidence = np.exp(-errors / max(eyes, 1e-6) / self.options.full_confidence_error)
         low, high = points[:468].min(0), points[:468].max(0)
         return Landmarks(

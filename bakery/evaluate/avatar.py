@@ -14,10 +14,8 @@ from bakery.evaluate.metrics import (
     ssim,
     warp_pixels,
 )
+from bakery.landmarks import LIPS_OUTER
 
-OUTER_LIPS = (
-    61, 146, 91, 181, 84, 17, 314, 405, 321, 375, 291, 409, 270, 269, 267, 0, 37, 39, 40, 185,
-)  # fmt: skip
 CROP = 512  # pixels; the face's height takes 78% of it (metrics.face_crop)
 
 
@@ -54,7 +52,7 @@ def _score(made, truth, points, face):
         psnr(made, truth, hull),
         ssim(made, truth, hull),
         mse(made, truth, hull) * 255**2,
-        psnr(made, truth, polygon_mask(points[list(OUTER_LIPS)])),
+        psnr(made, truth, polygon_mask(points[LIPS_OUTER])),
         psnr(made, truth, hull & (face > 0.5)),
     )
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from bakery.errors import InputError
 from bakery.formats.image import read_photo
+from bakery.landmarks import face_size
 from bakery.stages.detect import detect_faces
 
-EYE_CORNERS = [33, 263]
 SETS = ("london/val", "lisa", "zoom", "canada", "extra")  # what the default detector never saw
 
 
@@ -54,7 +54,7 @@ def point_error(points, reference):
     if isinstance(reference, tuple):
         reference, eyes = reference
     else:
-        eyes = np.linalg.norm(np.subtract(*reference[EYE_CORNERS]))
+        eyes = face_size(reference)
     return np.linalg.norm(points - reference, axis=1) / eyes
 
 
@@ -78,7 +78,7 @@ def measure(image, detector, reference, human=None):
     if human is None:
         return len(faces), errors, np.nan
     indices, positions = human
-    eyes = np.linalg.norm(np.subtract(*reference[EYE_CORNERS]))
+    eyes = face_size(reference)
     return len(faces), errors, float(point_error(points[indices], (positions, eyes)).mean())
 
 

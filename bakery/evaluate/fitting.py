@@ -7,6 +7,7 @@ import cv2
 import numba
 import numpy as np
 
+from bakery import landmarks as marks
 from bakery.errors import InputError
 from bakery.formats.image import read_photo
 from bakery.geometry import camera as cameras
@@ -16,7 +17,6 @@ from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import interpolate
 from bakery.heads.base import INTERIOR, weights
 from bakery.stages import fit_albedo
-from bakery.stages import fit_points as groups
 from bakery.stages.fit import FitOptions, fit, prepare
 from bakery.stages.warp import residual_offsets
 from bakery.types import Camera, Landmarks, Photo
@@ -48,16 +48,16 @@ def landmark_error(fit, points):
         dict: mean over all 468, over those off the contour, over lips and lids; the worst; all in
         percent of the distance of the outer eye corners.
     """
-    points = np.asarray(points, np.float64)[: groups.FACE, :2]
-    miss = np.linalg.norm(fit.landmarks_projected[: groups.FACE] - points, axis=1)
-    percent = miss / groups.face_size(points) * 100
-    inner = np.ones(groups.FACE, bool)
-    inner[groups.OVAL] = False
-    lids = np.concatenate([groups.LIDS_LEFT, groups.LIDS_RIGHT])
+    points = np.asarray(points, np.float64)[: marks.FACE, :2]
+    miss = np.linalg.norm(fit.landmarks_projected[: marks.FACE] - points, axis=1)
+    percent = miss / marks.face_size(points) * 100
+    inner = np.ones(marks.FACE, bool)
+    inner[marks.OVAL] = False
+    lids = np.concatenate([marks.EYE_LEFT, marks.EYE_RIGHT])
     return {
         "all": float(percent.mean()),
         "without_contour": float(percent[inner].mean()),
-        "lips": float(percent[groups.LIPS].mean()),
+        "lips": float(percent[marks.LIPS].mean()),
         "lids": float(percent[lids].mean()),
         "worst": float(percent.max()),
     }
@@ -222,9 +222,9 @@ def synthetic_error(synthetic, fit, head, layout):
     truth = synthetic.vertices[face_region(synthetic.head, layout)]
     found = fitted_vertices(fit, head)
     faces = head.faces[head.part_faces("skin")]
-    start = synthetic.head.landmarks(synthetic.vertices)[: groups.FACE]
+    start = synthetic.head.landmarks(synthetic.vertices)[: marks.FACE]
     distances = surface_error(
-        truth, found, faces, start, head.landmarks(found)[: groups.FACE], rounds=12
+        truth, found, faces, start, head.landmarks(found)[: marks.FACE], rounds=12
     )
     return float(np.median(distances))
 

@@ -24,12 +24,12 @@ from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear, interpolate
 from bakery.heads.base import PARTS
+from bakery.landmarks import LIPS_INNER
 from bakery.types import Generated
 
 WRINKLE_TEXELS = 512  # side of the map that holds the folds
 # Half-strength light change gave +0.17 dB on real smiles, full strength nothing (PITFALLS 12).
 LIGHT_CHANGE = 0.5
-INNER_LIPS = (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308, 324, 318, 402, 317, 14, 87, 178, 88, 95)  # fmt: skip
 
 
 class RenderedGenerator:
@@ -126,7 +126,7 @@ class RenderedGenerator:
 
         mouth = is_part(part, *MOUTH)
         if mouth.any():
-            lips = cameras.to_camera(head.landmarks(conditions.vertices)[list(INNER_LIPS)], camera)
+            lips = cameras.to_camera(head.landmarks(conditions.vertices)[LIPS_INNER], camera)
             lip_depth = float(np.median(-lips[:, 2]))
             reach = lip_occlusion(part, depth, camera.focal, lip_depth)[mouth]
             normals, base = conditions.normals[mouth], conditions.deformed_neutral[mouth]

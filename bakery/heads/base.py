@@ -80,6 +80,11 @@ class HeadModel:
         """Landmark positions [L, 3] on a shape [V, 3]."""
         return np.einsum("lkc,lk->lc", vertices[self.landmark_vertices], self.landmark_barycentric)
 
+    def landmark_uv(self):
+        """Where the landmarks lie in the atlas: [L, 2] 0..1."""
+        corners = self.uv[self.uv_faces[self.landmark_faces]]
+        return np.einsum("lkc,lk->lc", corners, self.landmark_barycentric)
+
     def neutral(self, identity, offsets=None):
         """The neutral shape [V, 3] mm of identity [<= I], moved by offsets [V, 3] mm if given."""
         identity = np.asarray(identity, np.float32)

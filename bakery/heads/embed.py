@@ -19,7 +19,8 @@ from bakery.heads.base import CARRIERS, PARTS
 from bakery.heads.carriers import split_ring
 from bakery.heads.eyes import iris_vertices
 from bakery.heads.file import save_arrays
-from bakery.heads.place import MESH, place, place_head
+from bakery.heads.place import place, place_head
+from bakery.landmarks import EYE_CORNERS, FACE
 from bakery.types import EXPRESSION_INDEX
 
 EMBEDDINGS = Path(__file__).resolve().parent.parent / "assets" / "embeddings"
@@ -35,8 +36,6 @@ UPPER_LIP = _numbers("""185 40 39 37 0 267 269 270 409 184 74 73 72 11 302 303 3
     183 42 41 38 12 268 271 272 407 191 80 81 82 13 312 311 310 415""")
 LOWER_LIP = _numbers("""146 91 181 84 17 314 405 321 375 77 90 180 85 16 315 404 320 307
     96 89 179 86 15 316 403 319 325 95 88 178 87 14 317 402 318 324""")
-INNER_LIP = _numbers("""78 191 80 81 82 13 312 311 310 415 308
-    95 88 178 87 14 317 402 318 324""")
 UPPER_LID = {
     "right": _numbers("246 161 160 159 158 157 173 247 30 29 27 28 56 190"),
     "left": _numbers("466 388 387 386 385 384 398 467 260 259 257 258 286 414"),
@@ -57,11 +56,11 @@ def mirror_points(points):
     Args:
         points: [N, 468, 2] pixels.
     """
-    mean = np.mean([_upright(face[:MESH]) for face in points], axis=0)
+    mean = np.mean([_upright(face[:FACE]) for face in points], axis=0)
     flipped = mean * [-1, 1]
     far = np.linalg.norm(mean[:, None] - flipped[None], axis=-1)
     other = far.argmin(1)
-    unsure = np.flatnonzero(other[other] != np.arange(MESH))
+    unsure = np.flatnonzero(other[other] != np.arange(FACE))
     pairs = far[np.ix_(unsure, unsure)]
     while np.isfinite(pairs).any():  # near the middle: nearest first
         a, b = np.unravel_index((pairs + pairs.T).argmin(), pairs.shape)
@@ -72,7 +71,7 @@ def mirror_points(points):
 
 def _upright(face):
     """Points [N, 2] turned, moved and scaled so that the outer eye corners lie at x = -1 and 1."""
-    a, b = face[33], face[263]
+    a, b = face[EYE_CORNERS]
     axis = (b - a) / 2
     rest = face - (a + b) / 2
     length = axis @ axis
@@ -120,7 +119,7 @@ def sides(head):
         below = lower_side(head, ring, blink)
         groups += [(UPPER_LID[side], skin & ~below), (LOWER_LID[side], skin & below)]
     taken = np.concatenate([points for points, _ in groups])
-    return [(np.setdiff1d(np.arange(MESH), taken), skin), *groups]
+    return [(np.setdiff1d(np.arange(FACE), taken), skin), *groups]
 
 
 def start_points(head):
@@ -173,7 +172,7 @@ def cast(head, vertices, camera, points, groups):
     )
     face = np.where(seen.face >= 0, shown[np.maximum(seen.face, 0)], -1)
     at = np.clip((points - corner) * SIZE / reach, 0, SIZE - 1).astype(int)
-    faces, barycentric = np.zeros(MESH, int), np.zeros((MESH, 3))
+    faces, barycentric = np.zeros(FACE, int), np.zeros((FACE, 3))
     for chosen, allowed in groups:
         off = ((face < 0) | ~allowed[np.maximum(face, 0)]).astype(np.uint8)
         label = cv2.distanceTransformWithLabels(
@@ -225,7 +224,7 @@ def closest(points, triangles):
 
 def snap(head, positions, groups, near=48):
     """The nearest allowed face and barycentric coordinates of positions [468, 3] on the mean."""
-    faces, barycentric = np.zeros(MESH, int), np.zeros((MESH, 3))
+    faces, barycentric = np.zeros(FACE, int), np.zeros((FACE, 3))
     corners = head.mean[head.faces].astype(float)
     centers = corners.mean(1)
     for chosen, allowed in groups:
@@ -300,7 +299,7 @@ def embed(head, points, sizes, rounds=3, start=False):
                 shape = head.vertices(head.neutral(placed.identity), placed.expression)
             if turn == rounds:
                 continue
-            hit, weights = cast(head, shape, view, face[:MESH], groups)
+            hit, weights = cast(head, shape, view, face[:FACE], groups)
             gathered.append(np.einsum("lkc,lk->lc", head.mean[head.faces[hit]], weights))
         if turn:
             yield head, float(np.mean(errors))
@@ -318,11 +317,11 @@ def embed(head, points, sizes, rounds=3, start=False):
 def save_landmarks(path, head, positions=True):
     """Write where a head's 468 points lie: `faces`, `barycentric` and, if asked, `positions`."""
     arrays = {
-        "faces": head.landmark_faces[:MESH].astype(np.int32),
-        "barycentric": head.landmark_barycentric[:MESH].astype(np.float32),
+        "faces": head.landmark_faces[:FACE].astype(np.int32),
+        "barycentric": head.landmark_barycentric[:FACE].astype(np.float32),
     }
     if positions:
-        arrays["positions"] = head.landmarks(head.mean)[:MESH].astype(np.float32)
+        arrays["positions"] = head.landmarks(head.mean)[:FACE].astype(np.float32)
     save_arrays(path, arrays)
 
 

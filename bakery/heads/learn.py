@@ -10,7 +10,8 @@ from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.heads.control import swap_sides
 from bakery.heads.makehuman import MODES, refined_flesh
-from bakery.heads.place import MESH, eye_distance, place, place_head
+from bakery.heads.place import place, place_head
+from bakery.landmarks import FACE, face_size
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 WIDE = 110  # sliders that people's identity is looked for in
@@ -28,11 +29,11 @@ def landmark_matrix(raw, head):
     from scipy.sparse import coo_matrix
 
     matrix, faces, _ = refined_flesh(raw)
-    corners = faces[head.landmark_faces[:MESH]]
-    rows = np.arange(MESH)[:, None].repeat(3, 1)
-    weights = head.landmark_barycentric[:MESH].astype(float)
+    corners = faces[head.landmark_faces[:FACE]]
+    rows = np.arange(FACE)[:, None].repeat(3, 1)
+    weights = head.landmark_barycentric[:FACE].astype(float)
     pick = coo_matrix(
-        (weights.ravel(), (rows.ravel(), corners.ravel())), (MESH, matrix.shape[0])
+        (weights.ravel(), (rows.ravel(), corners.ravel())), (FACE, matrix.shape[0])
     ).tocsr()
     return (pick @ matrix).tocsr()
 
@@ -67,7 +68,7 @@ def learn_prior(raw, head, points, sizes, rounds=4):
         found, spread = [], np.zeros((K, K))
         for face, size in zip(points, sizes):
             view, identity, weights, _ = place(
-                center, modes, expression, face[:MESH], tuple(map(int, size)), sigma=NOISE
+                center, modes, expression, face[:FACE], tuple(map(int, size)), sigma=NOISE
             )
             found.append(mean + root @ identity)
             shape = center + np.tensordot(identity, modes, 1)
@@ -119,7 +120,7 @@ def _posterior(shape, modes, expression, view, face):
     turn = rotation.matrix(view.rotation)
     turned = shape @ turn.T
     there = turned + view.translation
-    scale = 1 / (NOISE * eye_distance(face))
+    scale = 1 / (NOISE * face_size(face))
     P = cameras.projection_jacobian(there, view) * scale
     pose = np.concatenate([-np.einsum("nij,njk->nik", P, rotation.skew(turned)), P], -1)
     linear = np.einsum("nij,knj->nik", P, np.concatenate([modes, expression]) @ turn.T)
@@ -155,12 +156,12 @@ def smile_moves(raw, matrix, pairs):
     moves = []
     for neutral, smiling, size in pairs:
         size = tuple(map(int, size))
-        view, identity, weights, _ = place(center, modes, expression, neutral[:MESH], size)
+        view, identity, weights, _ = place(center, modes, expression, neutral[:FACE], size)
         shape = center + np.tensordot(identity, modes, 1) + np.tensordot(weights, expression, 1)
-        shape = shape + _back(neutral[:MESH] - cameras.project(shape, view), shape, view)
+        shape = shape + _back(neutral[:FACE] - cameras.project(shape, view), shape, view)
         still = np.zeros((0, len(STILL), 3))
         turned = place(shape[STILL], still, None, smiling[STILL], size)[0]
-        moves.append(_back(smiling[:MESH] - cameras.project(shape, turned), shape, turned)[:, :2])
+        moves.append(_back(smiling[:FACE] - cameras.project(shape, turned), shape, turned)[:, :2])
     return np.array(moves)
 
 

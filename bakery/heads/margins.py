@@ -7,19 +7,17 @@ rims as seen from the front instead; how far along a rim each lies is learned.
 
 import numpy as np
 
+from bakery import landmarks as marks
 from bakery.geometry.raster import rasterize
 from bakery.heads.base import CARRIERS, PARTS, weights
 
 SCALE = 16.0  # pixels per mm
-# Points of each rim from the subject's right to the left, corners first and last.
+# Upper and lower rim of each opening, from the subject's right to the left.
 LIDS = {
-    "right": ((33, 246, 161, 160, 159, 158, 157, 173, 133), (33, 7, 163, 144, 145, 153, 154, 155, 133)),
-    "left": ((362, 398, 384, 385, 386, 387, 388, 466, 263), (362, 382, 381, 380, 374, 373, 390, 249, 263)),
-}  # fmt: skip
-LIPS = (
-    (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308),
-    (78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308),
-)
+    "right": (marks.LID_RIGHT_UPPER, marks.LID_RIGHT_LOWER),
+    "left": (marks.LID_LEFT_UPPER[::-1], marks.LID_LEFT_LOWER[::-1]),
+}
+LIPS = (marks.LIPS_INNER_UPPER, marks.LIPS_INNER_LOWER)
 OPENING = {"jawOpen": 0.3}  # parts the lips so that their rims are seen
 
 

@@ -7,10 +7,10 @@ import numpy as np
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
 from bakery.heads.base import CARRIERS, PARTS, weights
-from bakery.heads.embed import INNER_LIP
 from bakery.heads.file import find_head, load_head
 from bakery.heads.place import place_head
 from bakery.heads.report import atlas_stretch, face_texels
+from bakery.landmarks import LIPS_INNER
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 DEEP = 0.3  # mm that a vertex may reach into the skin
@@ -20,7 +20,7 @@ NEAR = 8.0  # mm; farther from the skin it is not the skin that it touches
 def landmark_fit(head, points, sizes):
     """Mean distance of the fitted points [N, 468] and of the inner lip, in eye distances."""
     error = np.array([place_head(head, p, tuple(map(int, s))).error for p, s in zip(points, sizes)])
-    return float(error.mean()), float(error[:, INNER_LIP].mean())
+    return float(error.mean()), float(error[:, LIPS_INNER].mean())
 
 
 def visible(head, vertices, yaw, names, size=900, width=130.0):

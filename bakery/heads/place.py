@@ -7,12 +7,11 @@ import numpy as np
 
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
+from bakery.landmarks import FACE, face_size
 from bakery.types import Camera
 
-MESH = 468  # points of the face mesh, before the irises
 FOCAL = 2.0  # image widths; cannot be seen from the points of one face
 SIGMA = 0.005  # outer-eye-corner distances: how far a point may miss
-EYE_CORNERS = (33, 263)
 
 
 @dataclass(frozen=True)
@@ -23,11 +22,6 @@ class Placed:
     identity: np.ndarray  # [I]
     expression: np.ndarray  # [E]
     error: np.ndarray  # [468] distances, in outer-eye-corner distances
-
-
-def eye_distance(points):
-    """Distance between the outer eye corners, pixels."""
-    return float(np.linalg.norm(points[EYE_CORNERS[0]] - points[EYE_CORNERS[1]]))
 
 
 def first_pose(shape, points, size):
@@ -113,13 +107,13 @@ def place(mean, identity, expression, points, size, modes=None, sigma=SIGMA, ste
 
 def place_head(head, points, size, sigma=SIGMA):
     """Fit a head that has landmarks to 468 points [>= 468, 2] pixels: Placed."""
-    near, weights = head.landmark_vertices[:MESH], head.landmark_barycentric[:MESH]
+    near, weights = head.landmark_vertices[:FACE], head.landmark_barycentric[:FACE]
 
     def at(values):
         return np.einsum("...lkc,lk->...lc", values[..., near, :], weights).astype(float)
 
-    points = np.asarray(points, float)[:MESH, :2]
+    points = np.asarray(points, float)[:FACE, :2]
     view, identity, expression, miss = place(
         at(head.mean), at(head.identity_basis), at(head.expression_basis), points, size, sigma=sigma
     )
-    return Placed(view, identity, expression, miss / eye_distance(points))
+    return Placed(view, identity, expression, miss / face_size(points))

@@ -8,6 +8,7 @@ import numpy as np
 from bakery.errors import InputError
 from bakery.heads import embed, learn, makehuman
 from bakery.heads.control import symmetric
+from bakery.landmarks import FACE, face_size
 from bakery.types import EXPRESSION_INDEX
 
 OPEN = 0.03  # lips this far apart, in outer-eye-corner distances, show teeth
@@ -47,7 +48,7 @@ def learn_all(raw, points, sizes, names):
     def placed(start):
         head = makehuman.build(raw, known=known)
         *_, (head, error) = embed.embed(head, points, sizes, start=start)
-        known["positions"] = head.landmarks(head.mean)[: embed.MESH].astype(np.float32)
+        known["positions"] = head.landmarks(head.mean)[:FACE].astype(np.float32)
         return head, f"landmarks: mean error {100 * error:.3f}% of the eye distance"
 
     def moved(head, **found):
@@ -74,10 +75,7 @@ def learn_all(raw, points, sizes, names):
     helpers = learn.carry(matrix, control.expression)[
         [EXPRESSION_INDEX[name] for name in learn.HELPERS], :, :2
     ]
-    gaps = [
-        np.linalg.norm(points[k][13] - points[k][14]) / learn.eye_distance(points[k])
-        for k in smiling
-    ]
+    gaps = [np.linalg.norm(points[k][13] - points[k][14]) / face_size(points[k]) for k in smiling]
     smile, weights, _, rms = learn.learn_smile(
         moves, helpers, embed.mirror_points(points), np.array(gaps) > OPEN
     )

@@ -5,11 +5,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bakery import landmarks as marks
 from bakery.errors import FitError
 from bakery.geometry import camera as cameras
 from bakery.geometry import harmonics, rotation
 from bakery.heads.base import look
-from bakery.stages import fit_points as groups
 from bakery.stages.fit_albedo import load_albedo
 from bakery.stages.fit_diagnostics import diagnose
 from bakery.stages.fit_gaze import fit_gaze
@@ -104,7 +104,7 @@ def fit(photo, landmarks, head, options=FitOptions(), skin=None):
     begin = time.perf_counter()
     points = np.asarray(landmarks.points, np.float64)
     confidence = np.asarray(landmarks.confidence, np.float64)
-    size = float(groups.face_size(points))
+    size = float(marks.face_size(points))
     if size < SMALLEST_FACE:
         raise FitError(
             f"the outer eye corners are {size:.0f} pixels apart, at least {SMALLEST_FACE:.0f} are "
@@ -127,7 +127,7 @@ def fit(photo, landmarks, head, options=FitOptions(), skin=None):
         light, albedo = found.appearance.light, found.appearance.albedo
     residual, left = landmark_residuals(head, model, camera, shape, points, confidence)
     if not options.warp:
-        residual = np.zeros((groups.FACE, 3))
+        residual = np.zeros((marks.FACE, 3))
     neutral = head.neutral(shape.identity, residual_offsets(head, residual))
     gaze = fit_gaze(head, neutral, camera, points, confidence, shape.expression)
     vertices = head.vertices(neutral, shape.expression, gaze)
@@ -175,9 +175,9 @@ def landmark_residuals(head, model, camera, shape, points, confidence):
         [468, 3] mm in head space, smoothed; [468, 2] pixels, as measured.
     """
     inside = cameras.to_camera(model.points(shape), camera)
-    miss = points[: groups.FACE] - cameras.project_camera(inside, camera)
+    miss = points[: marks.FACE] - cameras.project_camera(inside, camera)
     wanted = np.zeros_like(inside)
     wanted[:, :2] = miss * (-inside[:, 2:] / camera.focal) * [1, -1]
     wanted = wanted @ rotation.matrix(camera.rotation)
     reference = head.neutral(shape.identity)
-    return unfolded_residual(head, reference, wanted, confidence[: groups.FACE]), miss
+    return unfolded_residual(head, reference, wanted, confidence[: marks.FACE]), miss

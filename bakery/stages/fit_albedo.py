@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
+from bakery import landmarks as marks
 from bakery.errors import ModelError
 from bakery.geometry.sample import bilinear
-from bakery.stages import fit_points as groups
 from bakery.stages.warp import kernel, opened
 
 FILE = Path(__file__).resolve().parent.parent / "assets" / "albedo" / "albedo.safetensors"
@@ -63,15 +63,15 @@ def chart(head, layout):
     """Chart coordinates [V, 2] of every vertex of a head: its landmarks fall on the layout."""
     mean = head.mean.astype(np.float64)
     apart = opened(head)  # lips and lids of the chart must not mix
-    corners = head.landmark_vertices[: groups.FACE]
-    weight = head.landmark_barycentric[: groups.FACE].astype(np.float64)
+    corners = head.landmark_vertices[: marks.FACE]
+    weight = head.landmark_barycentric[: marks.FACE].astype(np.float64)
 
     def at_landmarks(values):
         return np.einsum("lkc,lk->lc", values[corners], weight)
 
     miss = layout - cylinder(at_landmarks(mean))
     points = at_landmarks(apart)
-    gram = kernel(points, points) + 1e-2 * np.eye(groups.FACE)
+    gram = kernel(points, points) + 1e-2 * np.eye(marks.FACE)
     weight = np.linalg.solve(gram, miss).astype(np.float32)
     return cylinder(mean) + kernel(apart.astype(np.float32), points) @ weight
 

@@ -3,14 +3,14 @@
 import cv2
 import numpy as np
 
+from bakery import landmarks as marks
 from bakery.geometry import harmonics, rotation
 from bakery.geometry.color import LUMA
-from bakery.stages import fit_points as groups
 from bakery.types import EXPRESSIONS
 
 LIDS = {
-    "left": (groups.LID_LEFT_UPPER, groups.LID_LEFT_LOWER),
-    "right": (groups.LID_RIGHT_UPPER, groups.LID_RIGHT_LOWER),
+    "left": (marks.LID_LEFT_UPPER, marks.LID_LEFT_LOWER),
+    "right": (marks.LID_RIGHT_UPPER, marks.LID_RIGHT_LOWER),
 }
 FINEST = 160.0  # pixels between the outer eye corners, at which sharpness is measured
 
@@ -49,7 +49,7 @@ def sharpness(encoded, points):
     face = encoded[low[1] : high[1], low[0] : high[0]]
     if min(face.shape[:2]) < 8:
         return 0.0
-    scale = min(1.0, FINEST / groups.face_size(points))
+    scale = min(1.0, FINEST / marks.face_size(points))
     size = tuple(max(8, round(n * scale)) for n in face.shape[1::-1])
     grey = cv2.resize(face, size, interpolation=cv2.INTER_AREA) @ LUMA
     fine, coarse = (cv2.GaussianBlur(grey, (0, 0), sigma) for sigma in (1.0, 4.0))
@@ -75,9 +75,9 @@ def diagnose(photo, points, camera, shape, left, projected, photometry):
     Returns:
         dict of plain numbers.
     """
-    size = groups.face_size(points)
+    size = marks.face_size(points)
     yaw, pitch, roll = head_angles(camera)
-    final = np.linalg.norm(projected - points, axis=1)[: groups.FACE]
+    final = np.linalg.norm(projected - points, axis=1)[: marks.FACE]
     weights = {
         name: weight
         for name, weight in zip(EXPRESSIONS, shape.expression)
@@ -85,7 +85,7 @@ def diagnose(photo, points, camera, shape, left, projected, photometry):
     }
     strongest = max(weights, key=weights.get)
     out = {
-        "face_height": float(np.ptp(points[groups.OVAL, 1])),
+        "face_height": float(np.ptp(points[marks.OVAL, 1])),
         "landmark_error_linear": float(np.linalg.norm(left, axis=1).mean() / size),
         "landmark_error": float(final.mean() / size),
         "yaw": yaw,

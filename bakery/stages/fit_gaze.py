@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from bakery import landmarks as marks
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.heads.base import EYES
-from bakery.stages import fit_points as groups
 from bakery.types import EXPRESSION_INDEX
 
-IRISES = {"left": groups.LEFT_IRIS, "right": groups.RIGHT_IRIS}
+IRISES = {"left": marks.LEFT_IRIS, "right": marks.RIGHT_IRIS}
 IRIS_RADIUS = 10.5  # mm from the eyeball's centre, where a head model places no iris landmarks
 LIMIT = np.array([35.0, 30.0])  # degrees an eye can turn
 CLOSED = 0.6  # blink weight from which an iris is not believed

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from bakery import landmarks as marks
 from bakery.errors import FitError
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
@@ -53,8 +54,8 @@ class LandmarkModel:
     """The rows of a head model that its landmarks need, ready for many solves."""
 
     def __init__(self, head, modes):
-        vertices = head.landmark_vertices[: groups.FACE]  # [468, 3]
-        weight = head.landmark_barycentric[: groups.FACE].astype(np.float64)
+        vertices = head.landmark_vertices[: marks.FACE]  # [468, 3]
+        weight = head.landmark_barycentric[: marks.FACE].astype(np.float64)
 
         def pick(basis):  # [.., V, 3] -> [.., 468, 3]
             return np.einsum("...lkc,lk->...lc", basis[..., vertices, :], weight)
@@ -80,8 +81,8 @@ def start_camera(model, points, confidence, focal, width, height):
         FitError: too few landmarks, or no pose puts the head in front of the camera.
     """
     center = np.array([width / 2, height / 2])
-    used = confidence[: groups.FACE] > 0
-    used[groups.OVAL] &= used.sum() < 60  # the contour slides; without others it must serve
+    used = confidence[: marks.FACE] > 0
+    used[marks.OVAL] &= used.sum() < 60  # the contour slides; without others it must serve
     if used.sum() < LEAST_POINTS:
         raise FitError(
             f"{used.sum()} landmarks have a confidence above 0, at least {LEAST_POINTS} are needed; "
@@ -89,7 +90,7 @@ def start_camera(model, points, confidence, focal, width, height):
         )
     intrinsic = np.array([[focal, 0, center[0]], [0, focal, center[1]], [0, 0, 1.0]])
     found, vector, translation = cv2.solvePnP(
-        model.mean[used], points[: groups.FACE][used], intrinsic, None, flags=cv2.SOLVEPNP_SQPNP
+        model.mean[used], points[: marks.FACE][used], intrinsic, None, flags=cv2.SOLVEPNP_SQPNP
     )
     flip = np.diag([1.0, -1.0, -1.0])  # OpenCV looks along +z with y down
     if not found or translation[2, 0] <= 0:
@@ -106,13 +107,13 @@ def start_camera(model, points, confidence, focal, width, height):
 
 def contour_weights(points, weights):
     """Square-root weight matrices [468, 2, 2] of the landmarks: the contour may slide."""
-    out = np.tile(np.eye(2), (groups.FACE, 1, 1))
-    oval = points[groups.OVAL]
+    out = np.tile(np.eye(2), (marks.FACE, 1, 1))
+    oval = points[marks.OVAL]
     tangent = np.roll(oval, -1, 0) - np.roll(oval, 1, 0)
     tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-9)
     normal = np.stack([-tangent[:, 1], tangent[:, 0]], 1)
-    out[groups.OVAL] = np.sqrt(weights.contour) * np.einsum("ni,nj->nij", normal, normal)
-    out[groups.OVAL] += np.sqrt(weights.slide) * np.einsum("ni,nj->nij", tangent, tangent)
+    out[marks.OVAL] = np.sqrt(weights.contour) * np.einsum("ni,nj->nij", normal, normal)
+    out[marks.OVAL] += np.sqrt(weights.slide) * np.einsum("ni,nj->nij", tangent, tangent)
     return out
 
 
@@ -130,7 +131,7 @@ def landmark_residual(model, camera, shape, points):
     turned = model.points(shape) @ turn.T
     inside = turned + camera.translation
     by_point = cameras.projection_jacobian(inside, camera)  # [468, 2, 3]
-    jacobian = np.empty((groups.FACE, 2, 6 + model.columns.shape[2]))
+    jacobian = np.empty((marks.FACE, 2, 6 + model.columns.shape[2]))
     jacobian[:, :, :3] = -by_point @ rotation.skew(turned)
     jacobian[:, :, 3:6] = by_point
     np.matmul(by_point @ turn, model.columns, out=jacobian[:, :, 6:])
@@ -229,8 +230,8 @@ def fit_points(model, camera, shape, points, confidence, weights, steps=8):
     Returns:
         camera, shape.
     """
-    points, confidence = points[: groups.FACE], confidence[: groups.FACE]
-    size = groups.face_size(points)
+    points, confidence = points[: marks.FACE], confidence[: marks.FACE]
+    size = marks.face_size(points)
     root = contour_weights(points, weights) * np.sqrt(confidence)[:, None, None]
     before = None
     for _ in range(steps):

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bakery import landmarks as marks
 from bakery.geometry import camera as cameras
 from bakery.geometry import harmonics, rotation
 from bakery.geometry.color import LUMA
@@ -137,9 +138,9 @@ class Energy:
     def __init__(self, head, model, points, confidence, anchor, basis, weights):
         self.anchor = anchor
         self.head, self.model, self.basis, self.weights = head, model, basis, weights
-        self.size = groups.face_size(points)
-        self.points = points[: groups.FACE]
-        trust = np.sqrt(confidence[: groups.FACE])
+        self.size = marks.face_size(points)
+        self.points = points[: marks.FACE]
+        trust = np.sqrt(confidence[: marks.FACE])
         self.root = landmarks.contour_weights(self.points, weights) * trust[:, None, None]
 
     def look_at(self, level, samples, state):

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from bakery import landmarks as marks
 from bakery.geometry import camera as cameras
 from bakery.geometry import mesh
 from bakery.geometry.color import to_linear
@@ -16,9 +17,9 @@ FACING = 0.25  # cosine of the flattest skin whose colour is believed
 HIDDEN = 6.0  # mm behind what the camera sees there: occluded
 CLEAR = 1.25  # contours of eyes and mouth are grown by this before skin inside them is left out
 OPENINGS = (
-    (groups.LID_LEFT_UPPER, groups.LID_LEFT_LOWER),
-    (groups.LID_RIGHT_UPPER, groups.LID_RIGHT_LOWER),
-    (groups.LIPS_INNER_UPPER, groups.LIPS_INNER_LOWER),
+    (marks.LID_LEFT_UPPER, marks.LID_LEFT_LOWER),
+    (marks.LID_RIGHT_UPPER, marks.LID_RIGHT_LOWER),
+    (marks.LIPS_INNER_UPPER, marks.LIPS_INNER_LOWER),
 )
 
 
@@ -108,7 +109,7 @@ def pyramid(photo, points, skin, widths):
         widths: outer-eye-corner distance in pixels at each level.
     """
     height, width = photo.encoded.shape[:2]
-    size = groups.face_size(points)
+    size = marks.face_size(points)
     low = np.maximum(points.min(0) - 0.3 * size, 0).astype(int)
     high = np.minimum(points.max(0) + 0.3 * size, [width, height]).astype(int)
     window = (slice(low[1], high[1]), slice(low[0], high[0]))

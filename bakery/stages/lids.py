@@ -8,13 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from bakery import landmarks as marks
 from bakery.heads.base import FOLLOW
 from bakery.types import EXPRESSION_INDEX
 
 # Upper and lower lid margins from the outer to the inner corner, column by column, left eye first.
-UPPER = ((466, 388, 387, 386, 385, 384, 398), (246, 161, 160, 159, 158, 157, 173))
-LOWER = ((249, 390, 373, 374, 380, 381, 382), (7, 163, 144, 145, 153, 154, 155))
-CORNERS = ((263, 362), (33, 133))
+UPPER = tuple(rim[1:-1] for rim in marks.LIDS_UPPER)
+LOWER = tuple(rim[1:-1] for rim in marks.LIDS_LOWER)
 OVERLAP = 0.08  # of the opening: hides the eye, and does not yet look squeezed
 CLEAR_UPPER, CLEAR_LOWER = (
     0.5,
@@ -48,7 +48,7 @@ def close_lids(head, neutral):
 def _closed(head, neutral, blink, eye, center, radius, skin):
     """One blink [V, 3] mm, corrected."""
     rest, shut = head.landmarks(neutral), head.landmarks(neutral + blink)
-    upper, lower = list(UPPER[eye]), list(LOWER[eye])
+    upper, lower = UPPER[eye], LOWER[eye]
     travel = rest[upper, 1] - shut[upper, 1]
     if travel.max() < 1.0:  # mm: this head has no blink
         return blink
@@ -60,7 +60,7 @@ def _closed(head, neutral, blink, eye, center, radius, skin):
     for _ in range(2):  # no spike where one column's landmarks err
         gain = np.convolve(np.pad(gain, 1, "edge"), [0.25, 0.5, 0.25], "valid")
     # Columns run along x; beyond the corners the blink stays as it is.
-    columns = np.concatenate([rest[upper, 0], rest[list(CORNERS[eye]), 0]])
+    columns = np.concatenate([rest[upper, 0], rest[marks.LIDS_UPPER[eye][[0, -1]], 0]])
     gains = np.concatenate([gain, [1.0, 1.0]])
     order = np.argsort(columns)
     scale = np.interp(neutral[:, 0], columns[order], gains[order])

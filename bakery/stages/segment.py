@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from bakery import landmarks
 from bakery.check import check_array
 from bakery.stages import segment_prior as prior
 from bakery.stages.segment_models import LAB_BINS, GuidedFilter, histogram, lab_bins
@@ -92,10 +93,10 @@ def occlusion(segmentation, points):
         segmentation.labels, to_frame, (prior.SIZE, prior.SIZE), flags=cv2.INTER_NEAREST
     )
     points = _apply(to_frame, points)
-    _, radius = prior.polar(points[list(prior.FACE_CONTOUR)])
+    _, radius = prior.polar(points[landmarks.OVAL])
     rows = np.arange(prior.SIZE)[:, None] + 0.5
     face = radius < 0.92
-    brows = points[list(prior.RIGHT_BROW + prior.LEFT_BROW), 1]
+    brows = points[landmarks.BROWS, 1]
     forehead = face & (rows < brows.min())
     eyes = face & (rows > brows.mean()) & (rows < points[195, 1])
 
@@ -177,16 +178,16 @@ def _classify(small, points, rounds):
     Returns:
         shares [4, SIZE, SIZE]; known [2, SIZE, SIZE] bool: surely face, surely glasses.
     """
-    angle, radius = prior.polar(points[list(prior.FACE_CONTOUR)])
+    angle, radius = prior.polar(points[landmarks.OVAL])
     lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB)
     lightness = np.ascontiguousarray(lab[..., 0])
     colors, textures = lab_bins(lab), _texture(lightness)
     rows = np.arange(prior.SIZE, dtype=np.float32)[:, None] + 0.5
 
-    eyes = _hull(points[list(prior.RIGHT_EYE)]) | _hull(points[list(prior.LEFT_EYE)])
-    brows = _hull(points[list(prior.RIGHT_BROW)]) | _hull(points[list(prior.LEFT_BROW)])
-    lips = _polygon(points[list(prior.LIPS)])
-    brow_rows = points[list(prior.RIGHT_BROW + prior.LEFT_BROW), 1]
+    eyes = _hull(points[landmarks.EYE_RIGHT]) | _hull(points[landmarks.EYE_LEFT])
+    brows = _hull(points[landmarks.BROW_RIGHT]) | _hull(points[landmarks.BROW_LEFT])
+    lips = _polygon(points[landmarks.LIPS_OUTER])
+    brow_rows = points[landmarks.BROWS, 1]
     marks = cv2.dilate((eyes | brows).astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
     bearded = (rows > points[2, 1] - 4) & (radius < 1)  # where a beard may grow
     seed = (radius < 0.72) & ~marks & ~bearded
@@ -250,7 +251,7 @@ def _classify(small, points, rounds):
 def _bare_brows(skin, points):
     """[SIZE, SIZE] bool, the brows with skin above them, not a fringe."""
     bare = np.zeros(skin.shape, bool)
-    for contour in (prior.RIGHT_BROW, prior.LEFT_BROW):
+    for contour in (landmarks.BROW_RIGHT, landmarks.BROW_LEFT):
         brow = points[list(contour)]
         above = _hull(brow - [0, 0.1 * prior.FACE]) & ~_hull(brow)
         if skin[above].mean() > 0.6:
@@ -375,9 +376,9 @@ def _enlarge(part, small, to_frame, shares, known, points, options):
     if glasses.any():
         labels[back([coarse(glasses)]) > 127] = GLASSES
     for label, contours in (
-        (EYES, (prior.RIGHT_EYE, prior.LEFT_EYE)),
-        (LIPS, (prior.LIPS,)),
-        (MOUTH, (prior.INNER_LIPS,)),
+        (EYES, (landmarks.EYE_RIGHT, landmarks.EYE_LEFT)),
+        (LIPS, (landmarks.LIPS_OUTER,)),
+        (MOUTH, (landmarks.LIPS_INNER,)),
     ):
         for contour in contours:
             _draw_polygon(labels, points[list(contour)], label)

@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 
+from bakery import landmarks
 from bakery.stages import segment_prior as prior
 
 # Depth of the shallowest of the three bars in lightness, with the face's own at 60, above which they
@@ -33,14 +34,14 @@ def find_glasses(lightness, points, radius):
     if depth < BAR:
         return none
     along = cv2.morphologyEx(smooth, cv2.MORPH_CLOSE, np.ones((1, 15), np.uint8)) - smooth
-    brows = points[list(prior.RIGHT_BROW + prior.LEFT_BROW), 1]
+    brows = points[landmarks.BROWS, 1]
     rows = np.arange(prior.SIZE)[:, None] + 0.5
     zone = (rows > brows.min()) & (rows < points[195, 1] + 0.1 * prior.FACE) & (radius < 1.05)
     for contour, margin in (
-        (prior.RIGHT_EYE, 7),
-        (prior.LEFT_EYE, 7),
-        (prior.RIGHT_BROW, 3),
-        (prior.LEFT_BROW, 3),
+        (landmarks.EYE_RIGHT, 7),
+        (landmarks.EYE_LEFT, 7),
+        (landmarks.BROW_RIGHT, 3),
+        (landmarks.BROW_LEFT, 3),
     ):  # dark without glasses
         own = np.zeros(lightness.shape, np.uint8)
         hull = cv2.convexHull(np.round(points[list(contour)]).astype(np.int32))
@@ -67,7 +68,7 @@ def find_strands(lightness, hair, points, radius):
     """
     usual = max(float(np.median(lightness[radius < 0.45])), 45)
     depth = cv2.morphologyEx(lightness, cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8)) - lightness
-    brows = points[list(prior.RIGHT_BROW + prior.LEFT_BROW), 1]
+    brows = points[landmarks.BROWS, 1]
     above = np.arange(prior.SIZE)[:, None] + 0.5 < brows.min() - 0.04 * prior.FACE
     dark = above & (radius < 1.3) & (depth * (60 / usual) > STRAND) & ~hair
     dark = dark.astype(np.uint8)
@@ -81,7 +82,7 @@ def find_strands(lightness, hair, points, radius):
 def _bars(across, points):
     """Depth of the dark bar across the nose and of those under the right and the left eye."""
     width = points[263, 0] - points[33, 0]
-    eye_row = points[[33, 263], 1].mean()
+    eye_row = points[landmarks.EYE_CORNERS, 1].mean()
     gap = points[362, 0] - points[133, 0]
     regions = [
         (points[133, 0] + gap / 4, points[362, 0] - gap / 4, eye_row - 0.22 * width, 0.34 * width),

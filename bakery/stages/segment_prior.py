@@ -11,23 +11,11 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
+from bakery import landmarks
+
 SIZE = 400  # rows and columns of the face frame
 FACE = 140.0  # pixels, geometric mean of face width and height in the face frame
 CENTER = (200.0, 190.0)  # column and row of the middle of the face contour
-
-# Points of the public 478-point order; the contours run around.
-FACE_CONTOUR = (
-    10, 338, 297, 332, 284, 251, 389, 356, 454, 323, 361, 288, 397, 365, 379, 378, 400, 377,
-    152, 148, 176, 149, 150, 136, 172, 58, 132, 93, 234, 127, 162, 21, 54, 103, 67, 109,
-)  # fmt: skip
-RIGHT_EYE = (33, 7, 163, 144, 145, 153, 154, 155, 133, 173, 157, 158, 159, 160, 161, 246)
-LEFT_EYE = (263, 249, 390, 373, 374, 380, 381, 382, 362, 398, 384, 385, 386, 387, 388, 466)
-RIGHT_BROW = (70, 63, 105, 66, 107, 55, 65, 52, 53, 46)
-LEFT_BROW = (300, 293, 334, 296, 336, 285, 295, 282, 283, 276)
-LIPS = (61, 146, 91, 181, 84, 17, 314, 405, 321, 375, 291, 409, 270, 269, 267, 0, 37, 39, 40, 185)
-INNER_LIPS = (
-    78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308, 415, 310, 311, 312, 13, 82, 81, 80, 191,
-)  # fmt: skip
 
 RADII = (*np.arange(16) / 10, 1.6, 1.8, 2.0, 2.3, 2.7)  # of the tables' rows
 DIGITS = "0123456789abcdefghijklmnopqrstuvwxyz"  # probability 0 to 1 in steps of 1/35
@@ -125,7 +113,7 @@ def face_frame(points):
     Raises:
         ValueError: the points have no extent.
     """
-    across = points[LEFT_EYE[0]] - points[RIGHT_EYE[0]]
+    across = points[landmarks.LEFT_EYE_OUTER] - points[landmarks.RIGHT_EYE_OUTER]
     width = np.linalg.norm(points[454] - points[234])
     height = np.linalg.norm(points[10] - points[152])
     if min(np.linalg.norm(across), width, height) < 1:
@@ -133,7 +121,7 @@ def face_frame(points):
     scale = FACE / np.sqrt(width * height)
     cos, sin = scale * across / np.linalg.norm(across)
     turn = np.array([[cos, sin], [-sin, cos]])
-    contour = points[list(FACE_CONTOUR)] @ turn.T
+    contour = points[landmarks.OVAL] @ turn.T
     middle = (contour.min(0) + contour.max(0)) / 2
     return np.column_stack([turn, CENTER - middle])
 

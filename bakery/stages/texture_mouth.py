@@ -5,6 +5,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
+from bakery import landmarks as marks
 from bakery.generators.shade import MOUTH, is_part
 from bakery.geometry import camera as cameras
 from bakery.geometry.fill import diffuse, smoothstep
@@ -16,11 +17,7 @@ from bakery.types import EXPRESSIONS
 
 SCALE = 1.25  # pixels of the mouth crop per pixel of the generator's 512 picture
 REACH = 55.0  # mm around the mouth that the crops need
-LIPS = (
-    61, 146, 91, 181, 84, 17, 314, 405, 321, 375, 291, 409, 270, 269, 267, 0, 37, 39, 40, 185,
-    78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308, 324, 318, 402, 317, 14, 87, 178, 88, 95,
-)  # fmt: skip
-CORNERS = (61, 291)
+LIPS = np.concatenate([marks.LIPS_OUTER, marks.LIPS_INNER])
 
 
 def mouth_landmarks(head, neutral, vertices):
@@ -33,16 +30,16 @@ def mouth_landmarks(head, neutral, vertices):
         neutral, vertices: [V, 3] mm, at rest and deformed.
     """
     rest = head.landmarks(neutral)
-    moved = head.landmarks(vertices)[list(LIPS)]
-    center = rest[list(LIPS)].mean(0)
-    width = np.linalg.norm(rest[CORNERS[0]] - rest[CORNERS[1]])
+    moved = head.landmarks(vertices)[LIPS]
+    center = rest[LIPS].mean(0)
+    width = np.linalg.norm(np.subtract(*rest[marks.MOUTH_CORNERS]))
     return ((moved - center)[:, :2] * [1, -1] / width).astype(np.float32)
 
 
 def cut(subject, reach=REACH):
     """The subject with the faces around the mouth only: poses deform several times faster."""
     head = subject.head
-    lips = head.landmarks(subject.neutral)[list(LIPS)].mean(0)
+    lips = head.landmarks(subject.neutral)[LIPS].mean(0)
     near = np.linalg.norm(subject.neutral - lips, axis=1) < reach
     inside = head.part_vertices(*MOUTH, "mouth_sheet")
     near[inside] = True
@@ -68,7 +65,7 @@ def cut(subject, reach=REACH):
 
 def crop_camera(subject, camera):
     """Cut the mouth, as far as it opens, out of the face camera; sides a multiple of 32."""
-    lips = cameras.project(subject.head.landmarks(subject.neutral)[list(LIPS)], camera)
+    lips = cameras.project(subject.head.landmarks(subject.neutral)[LIPS], camera)
     width = np.ptp(lips[:, 0])
     size = np.array([1.75 * width, 1.75 * width]) * SCALE
     size = (np.ceil(size / 32) * 32).astype(int)

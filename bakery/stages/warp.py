@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
+from bakery import landmarks as marks
 from bakery.geometry import mesh
-from bakery.stages import fit_points as groups
 from bakery.types import EXPRESSION_INDEX
 
 REACH = 22.0  # mm, length scale of the displacement field; three of them away it is nearly gone
@@ -106,8 +106,8 @@ def warp_weights(head):
 
 def _build(head):
     vertices = opened(head)
-    corners = head.landmark_vertices[: groups.FACE]
-    weight = head.landmark_barycentric[: groups.FACE].astype(np.float64)
+    corners = head.landmark_vertices[: marks.FACE]
+    weight = head.landmark_barycentric[: marks.FACE].astype(np.float64)
     points = np.einsum("lkc,lk->lc", vertices[corners], weight)
     prior = kernel(points, points)
     field = kernel(vertices.astype(np.float32), points)  # [V, 468]
@@ -119,12 +119,12 @@ def _build(head):
     # The small ridge bounds the weights where two landmarks nearly coincide.
     carried = at_landmarks(field)
     carried = (carried + carried.T) / 2
-    matrix = field @ np.linalg.inv(carried + 1e-3 * np.eye(groups.FACE)).astype(np.float32)
+    matrix = field @ np.linalg.inv(carried + 1e-3 * np.eye(marks.FACE)).astype(np.float32)
     for part, anchors in (
-        ("teeth_upper gums_upper", groups.NOSE_BASE),
-        ("teeth_lower gums_lower tongue", groups.CHIN),
-        ("eye_left eye_cap_left", groups.LIDS_LEFT),
-        ("eye_right eye_cap_right", groups.LIDS_RIGHT),
+        ("teeth_upper gums_upper", marks.NOSE_BASE),
+        ("teeth_lower gums_lower tongue", marks.CHIN),
+        ("eye_left eye_cap_left", marks.EYE_LEFT),
+        ("eye_right eye_cap_right", marks.EYE_RIGHT),
     ):
         rigid = head.part_vertices(*part.split())
         matrix[rigid] = 0
@@ -180,7 +180,7 @@ def unfolded_residual(head, reference, seen, confidence, rounds=8):
     """
     weights = warp_weights(head)
     trust = np.array(confidence, np.float64)
-    landmarks = head.landmarks(reference)[: groups.FACE].astype(np.float32)
+    landmarks = head.landmarks(reference)[: marks.FACE].astype(np.float32)
     before = reference[weights.skin].astype(np.float32)
     for turn in range(rounds):
         residual = smooth_residual(head, seen, trust)

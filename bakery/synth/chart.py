@@ -8,32 +8,17 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
+from bakery import landmarks as marks
 from bakery.geometry.sample import bilinear
 
 RADIUS = 85.0  # mm, of the cylinder that the map is unrolled from
 
 # Rings of the public face-mesh order, named for the subject's side.
-LIPS = (
-    61, 146, 91, 181, 84, 17, 314, 405, 321, 375, 291, 409, 270, 269, 267, 0, 37, 39, 40, 185,
-)  # fmt: skip
-LIPS_INNER = (
-    78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308, 415, 310, 311, 312, 13, 82, 81, 80, 191,
-)  # fmt: skip
-BROW_UPPER = {"right": (70, 63, 105, 66, 107), "left": (300, 293, 334, 296, 336)}  # outer to inner
-BROW_LOWER = {"right": (46, 53, 52, 65, 55), "left": (276, 283, 282, 295, 285)}
-LID_UPPER = {  # outer corner to inner corner
-    "right": (33, 246, 161, 160, 159, 158, 157, 173, 133),
-    "left": (263, 466, 388, 387, 386, 385, 384, 398, 362),
-}
-LID_LOWER = {
-    "right": (33, 7, 163, 144, 145, 153, 154, 155, 133),
-    "left": (263, 249, 390, 373, 374, 380, 381, 382, 362),
-}
+BROW_UPPER = {"right": marks.BROW_RIGHT[:5], "left": marks.BROW_LEFT[:5]}  # outer to inner
+BROW_LOWER = {"right": marks.BROW_RIGHT[:4:-1], "left": marks.BROW_LEFT[:4:-1]}
+LID_UPPER = {"right": marks.LID_RIGHT_UPPER, "left": marks.LID_LEFT_UPPER}
+LID_LOWER = {"right": marks.LID_RIGHT_LOWER, "left": marks.LID_LEFT_LOWER}
 IRIS = {"right": (468, 469, 470, 471, 472), "left": (473, 474, 475, 476, 477)}
-OVAL = (
-    10, 338, 297, 332, 284, 251, 389, 356, 454, 323, 361, 288, 397, 365, 379, 378, 400, 377,
-    152, 148, 176, 149, 150, 136, 172, 58, 132, 93, 234, 127, 162, 21, 54, 103, 67, 109,
-)  # fmt: skip
 SIDES = ("right", "left")
 SIGN = {"right": -1.0, "left": 1.0}
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bakery.landmarks import LIPS_OUTER
 from bakery.synth.chart import (
     BROW_LOWER,
     BROW_UPPER,
     LID_LOWER,
     LID_UPPER,
-    LIPS,
     RADIUS,
     SIDES,
     SIGN,
@@ -72,7 +72,7 @@ def beard_mask(chart):
     left = np.asarray(left, float)
     ring = np.concatenate([left, left[::-1] * [-1, 1]])
     mask = chart.polygon(ring, 3.0)
-    lips = chart.polygon(spot(LIPS), 0.0)
+    lips = chart.polygon(spot(LIPS_OUTER), 0.0)
     return mask * (1 - smoothstep(0.1, 0.6, chart.blur(lips, 1.2)))
 
 
@@ -138,7 +138,7 @@ def design_skin(chart, subject, scalp, smile=0.0, brow_raise=0.0, frown=0.0):
         smile, brow_raise, frown: 0..1, how far the expression folds the skin.
     """
     spot, blob = chart.spot, chart.blob
-    lips = chart.polygon(spot(LIPS), 0.45)
+    lips = chart.polygon(spot(LIPS_OUTER), 0.45)
     blood, melanin = (
         _blood(chart, subject.rng("blood")),
         _melanin(chart, subject, subject.rng("melanin")),

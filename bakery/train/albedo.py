@@ -20,10 +20,10 @@ from bakery.geometry import harmonics, mesh
 from bakery.geometry.color import LUMA, to_linear
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
+from bakery.landmarks import FACE
 from bakery.stages import fit_albedo
 from bakery.stages.fit import FitOptions, fit
 from bakery.stages.fit_albedo import AlbedoBasis
-from bakery.stages.fit_points import FACE
 from bakery.stages.segment import segment
 from bakery.stages.warp import residual_offsets
 from bakery.types import Landmarks

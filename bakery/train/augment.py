@@ -6,14 +6,13 @@ All functions take and return [H, W, 3] uint8 BGR and a numpy random generator.
 import cv2
 import numpy as np
 
+from bakery import landmarks as marks
 from bakery.train.backgrounds import draw_shape, fractal_noise
 
 INNER_LIPS = (
     [78, 191, 80, 81, 82, 13, 312, 311, 310, 415]
     + [308, 324, 318, 402, 317, 14, 87, 178, 88, 95]
 )  # fmt: skip
-UPPER_LIDS = ([246, 161, 160, 159, 158, 157, 173], [466, 388, 387, 386, 385, 384, 398])
-LOWER_LIDS = ([7, 163, 144, 145, 153, 154, 155], [249, 390, 373, 374, 380, 381, 382])
 
 
 def light(rng, image):
@@ -153,7 +152,7 @@ def glasses(rng, image, points, size):
     tint = (rng.uniform(0, 120, 3)).tolist()
     share = 0.0 if rng.random() < 0.6 else rng.uniform(0.2, 0.95)
     thickness = max(1, int(size * rng.uniform(0.006, 0.03)))
-    across = points[263] - points[33]
+    across = points[marks.LEFT_EYE_OUTER] - points[marks.RIGHT_EYE_OUTER]
     angle = float(np.degrees(np.arctan2(across[1], across[0])))
     roundness = rng.uniform(0.6, 1.1)
     reach = rng.uniform(0.11, 0.17) * size
@@ -185,13 +184,13 @@ def glasses(rng, image, points, size):
 
 def open_mouth(rng, image, points):
     """Paint the inside of opened lips: dark red, often with a row of teeth."""
-    hole = points[INNER_LIPS]
+    hole = points[marks.LIPS_INNER]
     covered = np.zeros(image.shape[:2], np.float32)
     cv2.fillPoly(covered, [np.round(hole * 8).astype(np.int32)], 1.0, cv2.LINE_AA, 3)
     inside = np.empty(image.shape, np.float32)
     inside[:] = rng.uniform((5, 5, 20), (50, 45, 110))
     if rng.random() < 0.6:
-        upper = points[INNER_LIPS[:11]]
+        upper = points[marks.LIPS_INNER_UPPER]
         depth = (points[14] - points[13]) * rng.uniform(0.2, 0.5)
         teeth = np.concatenate([upper, upper[::-1] + depth])
         cv2.fillPoly(inside, [teeth.astype(np.int32)], rng.uniform(120, 230, 1).repeat(3).tolist())

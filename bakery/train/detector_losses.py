@@ -3,7 +3,7 @@
 import torch
 from torch.nn import functional
 
-from bakery.detectors.frames import LEFT_EYE_OUTER, RIGHT_EYE_OUTER
+from bakery.landmarks import LEFT_EYE_OUTER, RIGHT_EYE_OUTER
 
 
 def point_errors(points, target):

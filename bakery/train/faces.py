@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from bakery import landmarks as marks
 from bakery.detectors import frames
 from bakery.train import augment
 from bakery.train.relief import make_relief, pose, render, reshape
@@ -123,7 +124,7 @@ class Faces:
 
 def _open_jaw(shape, amount):
     """Lower everything under the line between the lips, the middle most."""
-    upper, lower = augment.INNER_LIPS[:11], augment.INNER_LIPS[11:]
+    upper, lower = marks.LIPS_INNER_UPPER, marks.LIPS_INNER_LOWER[1:-1]
     line = shape[[78, 308], 1].mean()
     width = np.ptp(shape[:468, 0])
     from_middle = np.abs(shape[:, 0] - shape[13, 0]) / width
@@ -138,5 +139,5 @@ def _open_jaw(shape, amount):
 
 def _close_eyes(shape, share):
     """Bring the upper lids down to the lower ones; the irises stay behind them."""
-    for upper, lower in zip(augment.UPPER_LIDS, augment.LOWER_LIDS):
+    for upper, lower in zip(marks.LIDS_UPPER, marks.LIDS_LOWER):
         shape[upper] += share * 0.9 * (shape[lower] - shape[upper])

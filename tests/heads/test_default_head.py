@@ -71,6 +71,14 @@ def test_landmarks_are_mirrored_and_in_order(head):
     assert abs(points[1, 0]) < 0.2 and points[1, 2] > points[:, 2].max() - 1
 
 
+def test_landmarks_keep_their_order_in_the_atlas(head):
+    uv = head.landmark_uv()
+    assert (uv.min(0) >= 0).all() and (uv.max(0) <= 1).all()
+    for right, left in ((33, 263), (61, 291), (234, 454)):  # the chart is mirrored about 0.5
+        np.testing.assert_allclose(uv[right] + uv[left] * [1, -1], [1, 0], atol=2e-3)
+    assert uv[10, 1] < uv[1, 1] < uv[13, 1] < uv[152, 1]
+
+
 def test_lips_and_lids_are_on_their_own_sides(head):
     move = head.expression_basis[EXPRESSION_INDEX["jawOpen"]]
     open_mouth = head.landmarks(head.mean + move) - head.landmarks(head.mean)

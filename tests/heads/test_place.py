@@ -4,7 +4,8 @@ import numpy as np
 
 from bakery.geometry.camera import project
 from bakery.heads.file import load_head
-from bakery.heads.place import MESH, place_head
+from bakery.heads.place import place_head
+from bakery.landmarks import FACE
 from bakery.types import EXPRESSION_INDEX, Camera
 
 
@@ -25,4 +26,4 @@ def test_a_made_up_face_is_found_again():
     assert found.error.mean() < 0.002  # outer-eye-corner distances
     assert abs(found.expression[EXPRESSION_INDEX["jawOpen"]] - 0.4) < 0.12
     np.testing.assert_allclose(found.camera.rotation, camera.rotation, atol=0.04)
-    assert len(found.error) == MESH
+    assert len(found.error) == FACE

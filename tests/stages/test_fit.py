@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
+from bakery import landmarks as marks
 from bakery.errors import FitError, ModelError
 from bakery.evaluate.fitting import landmark_error, landmarks_of
 from bakery.geometry import camera as cameras
@@ -99,7 +100,7 @@ def test_closed_eyes_say_nothing_about_gaze(head, grey):
 
 def test_warp_meets_points_that_no_head_has(head, grey):
     where, _ = portrait(head)
-    size = groups.face_size(where.points)
+    size = marks.face_size(where.points)
     moved = where.points.copy()
     moved[:, 0] += 0.02 * size * np.sin(moved[:, 1] / size * 3)
     linear = fit(grey, landmarks_of(moved), head, FitOptions(photometric=False, warp=False))
@@ -184,7 +185,7 @@ def test_blur_is_noticed():
 def test_chart_puts_landmarks_where_the_basis_has_them(head):
     basis = fit_albedo.load_albedo()
     points = fit_albedo.chart(head, basis.layout)
-    here = head.landmarks(np.column_stack([points, np.zeros(len(points))]))[: groups.FACE, :2]
+    here = head.landmarks(np.column_stack([points, np.zeros(len(points))]))[: marks.FACE, :2]
     assert np.abs(here - basis.layout).max() < 0.01
 
 

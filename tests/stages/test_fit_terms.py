@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from bakery import landmarks as marks
 from bakery.geometry import rotation
 from bakery.heads.file import load_head
 from bakery.stages import fit_landmarks, fit_photo, fit_samples
@@ -49,7 +50,7 @@ def numeric(function, model, camera, shape, count, step=1e-4):
 
 
 def test_landmark_jacobian(model, camera, shape):
-    points = np.zeros((groups.FACE, 2))
+    points = np.zeros((marks.FACE, 2))
     _, jacobian = fit_landmarks.landmark_residual(model, camera, shape, points)
 
     def residual(camera, shape):

@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
+from bakery import landmarks
 from bakery.stages import segment_prior as prior
 from bakery.stages.segment import (
     BACKGROUND,
@@ -35,14 +36,14 @@ def ring(indices, center, half_width, half_height, start=-90.0):
 def face_points():
     """478 points of the painted face; only those that the segmentation reads are meaningful."""
     points = np.tile(CENTER, (478, 1))
-    points[list(prior.FACE_CONTOUR)] = ring(prior.FACE_CONTOUR, CENTER, WIDTH, HEIGHT)
-    for contour, side in ((prior.RIGHT_EYE, -1), (prior.LEFT_EYE, 1)):
+    points[landmarks.OVAL] = ring(landmarks.OVAL, CENTER, WIDTH, HEIGHT)
+    for contour, side in ((landmarks.EYE_RIGHT, -1), (landmarks.EYE_LEFT, 1)):
         eye = CENTER + [side * 34, -20]
         points[list(contour)] = ring(contour, eye, 15, 6, start=180 if side < 0 else 0)
-    for contour, side in ((prior.RIGHT_BROW, -1), (prior.LEFT_BROW, 1)):
+    for contour, side in ((landmarks.BROW_RIGHT, -1), (landmarks.BROW_LEFT, 1)):
         points[list(contour)] = ring(contour, CENTER + [side * 34, -38], 20, 4)
-    points[list(prior.LIPS)] = ring(prior.LIPS, CENTER + [0, 50], 26, 10)
-    points[list(prior.INNER_LIPS)] = ring(prior.INNER_LIPS, CENTER + [0, 50], 16, 3)
+    points[landmarks.LIPS_OUTER] = ring(landmarks.LIPS_OUTER, CENTER + [0, 50], 26, 10)
+    points[landmarks.LIPS_INNER] = ring(landmarks.LIPS_INNER, CENTER + [0, 50], 16, 3)
     points[2] = CENTER + [0, 28]
     points[195] = CENTER + [0, 2]
     return points
@@ -72,7 +73,12 @@ def paint(skin=SKIN_COLOR, hair=HAIR_COLOR, background=(0.55, 0.65, 0.75), fring
         picture[130:178, 170:310] *= 1 + 0.5 * rng.standard_normal((48, 140, 1), np.float32)
     picture += 0.008 * rng.standard_normal(picture.shape, np.float32)
     points = face_points()
-    for contour in (prior.RIGHT_EYE, prior.LEFT_EYE, prior.RIGHT_BROW, prior.LEFT_BROW):
+    for contour in (
+        landmarks.EYE_RIGHT,
+        landmarks.EYE_LEFT,
+        landmarks.BROW_RIGHT,
+        landmarks.BROW_LEFT,
+    ):
         cv2.fillPoly(picture, [points[list(contour)].astype(np.int32)], (0.2, 0.15, 0.12))
     return np.clip(picture, 0, 1), head > 0
 
@@ -168,7 +174,7 @@ def test_bad_input():
 
 
 def test_class_shares_are_shares():
-    contour = face_points()[list(prior.FACE_CONTOUR)]
+    contour = face_points()[landmarks.OVAL]
     to_frame = prior.face_frame(face_points())
     angle, radius = prior.polar(contour @ to_frame[:, :2].T + to_frame[:, 2])
     shares = prior.class_shares(angle, radius)

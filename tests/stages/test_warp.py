@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from bakery import landmarks as marks
 from bakery.geometry import mesh
 from bakery.heads.file import load_head
-from bakery.stages import fit_points as groups
 from bakery.stages import warp
 
 
@@ -14,16 +14,16 @@ def head():
 
 def moved_landmarks(head, residual):
     offsets = warp.residual_offsets(head, residual)
-    return (head.landmarks(head.mean + offsets) - head.landmarks(head.mean))[: groups.FACE]
+    return (head.landmarks(head.mean + offsets) - head.landmarks(head.mean))[: marks.FACE]
 
 
 def smooth_field(head):
-    x, y, z = head.landmarks(head.mean)[: groups.FACE].T
+    x, y, z = head.landmarks(head.mean)[: marks.FACE].T
     return np.stack([np.sin(y / 40), np.cos(x / 50), np.sin(x / 60 + z / 50)], 1) * 2.0
 
 
 def test_nothing_asked_nothing_moves(head):
-    assert not warp.residual_offsets(head, np.zeros((groups.FACE, 3))).any()
+    assert not warp.residual_offsets(head, np.zeros((marks.FACE, 3))).any()
 
 
 def test_landmarks_move_as_asked(head):
@@ -41,14 +41,14 @@ def test_far_from_the_face_nothing_moves(head):
 def test_lips_and_lids_stay_apart(head):
     """What moves one lip (lid) must hardly move the other: the middle of the other moves < 20%."""
     for one, other in (
-        (groups.LIPS_INNER_LOWER, groups.LIPS_INNER_UPPER),
-        (groups.LID_LEFT_LOWER, groups.LID_LEFT_UPPER),
+        (marks.LIPS_INNER_LOWER, marks.LIPS_INNER_UPPER),
+        (marks.LID_LEFT_LOWER, marks.LID_LEFT_UPPER),
     ):
-        asked = np.zeros((groups.FACE, 3))
-        near = np.zeros(groups.FACE)
+        asked = np.zeros((marks.FACE, 3))
+        near = np.zeros(marks.FACE)
         near[one[2:-2]] = 1
         asked[:, 1] = -2 * near
-        sure = np.ones(groups.FACE)
+        sure = np.ones(marks.FACE)
         smooth = warp.smooth_residual(head, asked, sure)
         moved = moved_landmarks(head, smooth)[:, 1]
         assert moved[one[len(one) // 2]] < -1.2
@@ -79,9 +79,9 @@ def test_mouth_sheet_hangs_on_the_lips(head):
 
 
 def test_low_confidence_follows_the_neighbours(head):
-    asked = np.zeros((groups.FACE, 3))
+    asked = np.zeros((marks.FACE, 3))
     asked[4] = [0, 8, 0]  # an outlier at the tip of the nose
-    sure = np.ones(groups.FACE)
+    sure = np.ones(marks.FACE)
     trusted = warp.smooth_residual(head, asked, sure)[4, 1]
     sure[4] = 0.02
     assert warp.smooth_residual(head, asked, sure)[4, 1] < 0.1 < trusted
@@ -91,10 +91,10 @@ def test_folds_are_found_and_mended(head):
     weights = warp.warp_weights(head)
     before = head.mean[weights.skin]
     assert not len(warp.folded(before, weights.faces, before))
-    asked = np.zeros((groups.FACE, 3))
-    asked[groups.LIPS_OUTER_UPPER] = [0, -14, 0]  # pull the upper lip through the lower one
+    asked = np.zeros((marks.FACE, 3))
+    asked[marks.LIPS_OUTER_UPPER] = [0, -14, 0]  # pull the upper lip through the lower one
     asked[61] = asked[185] = [20, 0, 0]
-    sure = np.ones(groups.FACE)
+    sure = np.ones(marks.FACE)
     rough = warp.smooth_residual(head, asked, sure)
     after = before + (weights.skin_matrix @ rough.astype(np.float32))
     assert len(warp.folded(after, weights.faces, before))
