@@ -1,0 +1,81 @@
+"""Conditions as planes of small integers: what a network sees, in training and in use.
+
+Training shards hold these planes (`bakery.synth.pairs`), and a trained generator makes its input with
+the same function, so that the two cannot differ.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bakery.geometry.camera import to_camera
+from bakery.geometry.color import to_encoded
+from bakery.geometry.fill import smoothstep
+from bakery.geometry.sample import interpolate
+from bakery.heads.base import PARTS
+
+NONE = 255  # code of `part` where nothing is drawn
+# mm between the eyes' middle (the origin of head space) and what depth 255 and depth 1 mean.
+NEAR, FAR = 80.0, -160.0
+FACE_REACH = (22.0, 40.0)  # mm from the nearest landmark, mean head: the face is whole, and ended
+
+
+@dataclass(frozen=True)
+class Planes:
+    """One target as integers."""
+
+    deformed: np.ndarray  # [H, W, 3] uint8 sRGB-encoded: the deformed neutral; 0 where nothing is
+    normals: np.ndarray  # [H, W, 3] int8: camera-space unit normal * 127; 0 where nothing is
+    depth: np.ndarray  # [H, W] uint8: 255 NEAR .. 1 FAR, linear in mm; 0 where nothing is
+    gaze: np.ndarray  # [H, W, 2] uint8: visible iris and sclera * 255
+    part: np.ndarray  # [H, W] uint8 into heads.base.PARTS, NONE for none
+    face: np.ndarray  # [H, W] uint8: 255 on the face, feathered towards scalp, ears and throat
+
+
+def planes(head, conditions):
+    """Encode Conditions of a head model.
+
+    Returns:
+        Planes.
+    """
+    seen = conditions.part != NONE
+    origin = -to_camera(np.zeros(3), conditions.camera)[2]
+    ahead = np.where(seen, origin - conditions.depth, 0)  # mm towards the camera
+    depth = np.clip(1 + 254 * (ahead - FAR) / (NEAR - FAR), 1, 255)
+    return Planes(
+        deformed=encode(conditions.deformed_neutral) * seen[..., None],
+        normals=np.round(conditions.normals * 127).astype(np.int8),
+        depth=(np.round(depth) * seen).astype(np.uint8),
+        gaze=np.round(conditions.gaze_mask * 255).astype(np.uint8),
+        part=conditions.part,
+        face=face_mask(head, conditions),
+    )
+
+
+def encode(linear):
+    """Linear colours [..., 3] to sRGB uint8."""
+    return np.round(np.clip(to_encoded(linear), 0, 1) * 255).astype(np.uint8)
+
+
+def face_mask(head, conditions):
+    """Where the face is [H, W] uint8, feathered (paGAN sec. 7 masks its photographs so).
+
+    Eyes and the mouth's interior belong to it; the scalp, the ears and the throat do not.
+    """
+    share = face_share(head)
+    inside = interpolate(conditions.fragments, share[head.faces][..., None])[..., 0]
+    inner = (conditions.part != NONE) & (conditions.part != PARTS.index("skin"))
+    return np.round(np.where(inner, 1, inside) * 255).astype(np.uint8)
+
+
+def face_share(head):
+    """How far each vertex [V] belongs to the face, 0..1; computed once for a head model."""
+    kept = head.__dict__.get("_face_share")
+    if kept is None:
+        marks = head.landmarks(head.mean)[:468]
+        distance = np.full(len(head.mean), np.inf)
+        for mark in marks:
+            distance = np.minimum(distance, ((head.mean - mark) ** 2).sum(1))
+        kept = smoothstep(FACE_REACH[1], FACE_REACH[0], np.sqrt(distance)).astype(np.float32)
+        head.__dict__["_face_share"] = kept
+    return kept
