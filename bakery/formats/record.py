@@ -99,6 +99,18 @@ def faces_from_table(name, table):
         return size, faces
 
 
+def camera_to_table(camera):
+    """A Camera as a table."""
+    return {
+        "focal": float(camera.focal),
+        "center": numbers(camera.center),
+        "rotation": numbers(camera.rotation),
+        "translation": numbers(camera.translation),
+        "width": int(camera.width),
+        "height": int(camera.height),
+    }
+
+
 def fit_to_table(fit, photo=None):
     """What `bakery fit` writes.
 
@@ -106,17 +118,9 @@ def fit_to_table(fit, photo=None):
         fit: Fit.
         photo: Photo it belongs to; its hash and notes go along.
     """
-    camera = fit.camera
     table = {
         "head": fit.head,
-        "camera": {
-            "focal": float(camera.focal),
-            "center": numbers(camera.center),
-            "rotation": numbers(camera.rotation),
-            "translation": numbers(camera.translation),
-            "width": int(camera.width),
-            "height": int(camera.height),
-        },
+        "camera": camera_to_table(fit.camera),
         "identity": numbers(fit.identity),
         "expression": dict(zip(EXPRESSIONS, numbers(fit.expression))),
         "gaze": numbers(fit.gaze),

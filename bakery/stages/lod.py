@@ -29,19 +29,24 @@ def head_surfaces(head, neutral):
         surfaces of the head itself, and those of the carriers.
     """
     neutral = np.asarray(neutral, np.float32)
-    shapes = np.stack(
+    shapes = shape_displacements(head, neutral)
+    inside = [cut_surface(head, neutral, shapes, name, parts) for name, parts in MATERIALS.items()]
+    carriers = [cut_surface(head, neutral, shapes, name, (name,)) for name in CARRIERS]
+    return [piece for piece in inside if piece], [piece for piece in carriers if piece]
+
+
+def shape_displacements(head, neutral):
+    """What each expression at weight 1 does to a neutral shape [V, 3]: [E, V, 3] mm, eyes turned."""
+    return np.stack(
         [
             head.vertices(neutral, one) - neutral
             for one in np.eye(len(EXPRESSIONS), dtype=np.float32)
         ]
     )
-    inside = [_surface(head, neutral, shapes, name, parts) for name, parts in MATERIALS.items()]
-    carriers = [_surface(head, neutral, shapes, name, (name,)) for name in CARRIERS]
-    return [piece for piece in inside if piece], [piece for piece in carriers if piece]
 
 
-def _surface(head, neutral, shapes, name, parts):
-    """The faces of some parts, vertices split where the atlas is."""
+def cut_surface(head, neutral, shapes, name, parts):
+    """The faces of some parts, vertices split where the atlas is; None if the head lacks them."""
     chosen = head.part_faces(*parts)
     if not len(chosen):
         return None
