@@ -1,0 +1,319 @@
+"""Takes: what a face does over time, read from and written as Live Link Face CSV.
+
+The rules, which every reader of the project follows (`web/` has them in JavaScript):
+
+ 1. Text is UTF-8 with or without a byte order mark; commas between fields, no quotes, any line
+    ends; blank lines are passed over. Row 1 is the header; rows count from 1, blank ones too.
+ 2. Columns go by name, in any order. Names are compared without case, blanks and underscores, and a
+    final L or R after an underscore means Left or Right: EyeBlinkLeft = eyeBlinkLeft = eyeBlink_L.
+ 3. Timecode, BlendShapeCount and all 52 ARKit names must be there once. HeadYaw, HeadPitch and
+    HeadRoll may be missing together (the head stays still), and so may the six of LeftEye and
+    RightEye (gaze then follows from the eyeLook names). Other columns are left out and reported.
+ 4. Timecode is HH:MM:SS:FF.mmm: FF.mmm counts sixtieths of a second whatever the camera's rate.
+    A step back by more than 12 hours is midnight. A row whose time is not later than the last one's
+    is left out and reported.
+ 5. A row of two fields (all others missing or empty) is a dropped frame: its values lie on the line,
+    in time, between the nearest rows that have some; before the first and after the last of those
+    they are equal to it. Reported.
+ 6. Any other row has as many fields as the header, and BlendShapeCount says how many columns there
+    are besides Timecode and itself. Otherwise: an error that names the row.
+ 7. A value is a decimal number, such as 0.5 or -1.2e-3. Anything else, NaN and infinity too: an
+    error that names row and column. Coefficients outside 0..1 are clamped (before rule 5) and
+    reported. Angles are radians; more than 2 pi is an error, for it was written in degrees.
+ 8. Yaw is positive to the subject's right, pitch is positive down, roll is positive towards the
+    subject's left shoulder: how eye angles and eyeLook coefficients of real takes go together
+    (correlation 0.999 and 0.996); the sense of roll follows from eye roll = yaw pitch there.
+ 9. The rate is 1 / (median step of time), and the nearest of 24, 25, 30, 48, 50, 60 if within 2%.
+10. Between rows, values change linearly in time; before the first and after the last they hold.
+"""
+
+import re
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from bakery.check import check_array
+from bakery.errors import InputError
+from bakery.formats.files import read_bytes, write_bytes
+from bakery.types import EXPRESSIONS
+
+LARGEST = 256 * 2**20  # bytes, unpacked: an hour at 60 frames a second has 180 MB
+BASE = 60  # of the time code, frames a second
+DAY = 86400.0  # seconds
+RATES = (24, 25, 30, 48, 50, 60)
+HEAD = ("HeadYaw", "HeadPitch", "HeadRoll")
+EYES = tuple(f"{eye}Eye{angle}" for eye in ("Left", "Right") for angle in ("Yaw", "Pitch", "Roll"))
+# The order in which the app writes; `write_take` does the same.
+ORDER = tuple(
+    """EyeBlinkLeft EyeLookDownLeft EyeLookInLeft EyeLookOutLeft EyeLookUpLeft EyeSquintLeft
+    EyeWideLeft EyeBlinkRight EyeLookDownRight EyeLookInRight EyeLookOutRight EyeLookUpRight
+    EyeSquintRight EyeWideRight JawForward JawRight JawLeft JawOpen MouthClose MouthFunnel
+    MouthPucker MouthRight MouthLeft MouthSmileLeft MouthSmileRight MouthFrownLeft MouthFrownRight
+    MouthDimpleLeft MouthDimpleRight MouthStretchLeft MouthStretchRight MouthRollLower
+    MouthRollUpper MouthShrugLower MouthShrugUpper MouthPressLeft MouthPressRight MouthLowerDownLeft
+    MouthLowerDownRight MouthUpperUpLeft MouthUpperUpRight BrowDownLeft BrowDownRight BrowInnerUp
+    BrowOuterUpLeft BrowOuterUpRight CheekPuff CheekSquintLeft CheekSquintRight NoseSneerLeft
+    NoseSneerRight TongueOut""".split()
+)
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+TIMECODE = re.compile(r"(\d{1,2}):(\d{1,2}):(\d{1,2}):(\d{1,2}(?:\.\d+)?)")
+
+
+@dataclass(frozen=True, eq=False)
+class Take:
+    """One recording of N rows; signs and units are the project's, not the file's."""
+
+    seconds: np.ndarray  # [N] from the first row, increasing
+    weights: np.ndarray  # [N, E] float32 0..1
+    head: (
+        np.ndarray
+    )  # [N, 3] degrees: yaw to the subject's left, pitch up, roll to its left shoulder
+    eyes: np.ndarray | None  # [N, 2 (left, right), 2] degrees: yaw to the left, pitch up
+    start: float = 0.0  # time of day of the first row, seconds
+    notes: tuple[str, ...] = ()  # what was mended while reading
+
+    def __post_init__(self):
+        count = len(self.seconds)
+        check_array("Take.seconds", self.seconds, (None,))
+        check_array("Take.weights", self.weights, (count, len(EXPRESSIONS)), low=0, high=1)
+        check_array("Take.head", self.head, (count, 3))
+        if self.eyes is not None:
+            check_array("Take.eyes", self.eyes, (count, 2, 2))
+        if count < 1 or (np.diff(self.seconds) <= 0).any():
+            raise ValueError("Take.seconds: needs at least one row, and times that increase")
+
+    @property
+    def rate(self):
+        """Frames a second."""
+        if len(self.seconds) < 2:
+            return 30.0
+        rate = 1 / float(np.median(np.diff(self.seconds)))
+        nearest = min(RATES, key=lambda known: abs(known - rate))
+        return float(nearest) if abs(nearest / rate - 1) < 0.02 else rate
+
+    def at(self, seconds):
+        """Weights [n, E], head [n, 3] and eyes [n, 2, 2] or None at times [n] s (rule 10)."""
+        seconds = np.clip(np.asarray(seconds, float), self.seconds[0], self.seconds[-1])
+        after = np.clip(np.searchsorted(self.seconds, seconds), 1, max(len(self.seconds) - 1, 1))
+        after = np.minimum(after, len(self.seconds) - 1)
+        before = np.maximum(after - 1, 0)
+        step = self.seconds[after] - self.seconds[before]
+        share = np.where(
+            step > 0, (seconds - self.seconds[before]) / np.where(step > 0, step, 1), 0
+        )
+
+        def mix(values):
+            part = share.reshape((-1,) + (1,) * (values.ndim - 1))
+            return values[before] + (values[after] - values[before]) * part
+
+        weights = mix(self.weights).astype(np.float32)
+        return weights, mix(self.head), None if self.eyes is None else mix(self.eyes)
+
+
+def read_take(path):
+    """Read a take; a .gz is unpacked.
+
+    Raises:
+        InputError: not such a file; says row and column.
+    """
+    return parse_take(path, _unpacked(path, read_bytes(path, LARGEST)))
+
+
+def parse_take(name, data):
+    """A Take from the bytes of a file; see the rules above.
+
+    Args:
+        name: how messages call the file.
+
+    Raises:
+        InputError: it breaks a rule.
+    """
+    try:
+        lines = re.split(r"\r\n|\n|\r", data.decode("utf-8-sig"))
+    except UnicodeDecodeError:
+        raise InputError(
+            f"{name}: not text (UTF-8); give the CSV that Live Link Face wrote"
+        ) from None
+    rows = [(number, line) for number, line in enumerate(lines, 1) if line.strip()]
+    if not rows:
+        raise InputError(f"{name}: holds no rows; give the CSV that Live Link Face wrote")
+    header = [field.strip() for field in rows[0][1].split(",")]
+    columns, notes = _columns(name, header)
+    time, values, dropped, repeated = [], [], [], []
+    for number, line in rows[1:]:
+        fields = [field.strip() for field in line.split(",")]
+        now = _seconds(name, number, (fields + [""] * len(header))[columns["timecode"]])
+        if time and now < time[-1] - DAY / 2:
+            now += DAY
+        if time and now <= time[-1]:
+            repeated.append(number)
+            continue
+        filled = [place for place, field in enumerate(fields) if field]
+        if len(filled) <= 2 and set(filled) <= {columns["timecode"], columns["blendshapecount"]}:
+            dropped.append(len(time))
+            values.append(None)
+        else:
+            values.append(_values(name, number, fields, header, columns))
+        time.append(now)
+    if len(time) == len(dropped):
+        raise InputError(f"{name}: holds no frame with values; record the take again")
+    if repeated:
+        notes.append(f"{_rows(repeated)} left out: not later than the row before")
+    return _take(np.array(time), values, dropped, columns, notes)
+
+
+def _unpacked(path, data):
+    if not data.startswith(b"\x1f\x8b"):
+        return data
+    try:
+        unpacker = zlib.decompressobj(wbits=31)
+        text = unpacker.decompress(data, LARGEST)
+    except zlib.error:
+        raise InputError(f"{path}: a damaged .gz; copy or download it again") from None
+    if unpacker.unconsumed_tail:
+        raise InputError(f"{path}: unpacks to more than {LARGEST >> 20} MiB; cut the take")
+    if not unpacker.eof:
+        raise InputError(f"{path}: a truncated .gz; copy or download it again")
+    return text
+
+
+def plain(name):
+    """A column's name as it is compared (rule 2)."""
+    name = re.sub(r"_L$", "Left", re.sub(r"_R$", "Right", name.strip()))
+    return re.sub(r"[\s_]", "", name).lower()
+
+
+def _columns(name, header):
+    """Place of each known column by its plain name; and notes."""
+    known = ["Timecode", "BlendShapeCount", *ORDER, *HEAD, *EYES]
+    places, others = {}, []
+    for place, field in enumerate(header):
+        key = plain(field)
+        if key not in map(str.lower, known):
+            others.append(field or "(no name)")
+        elif key in places:
+            raise InputError(f"{name}: row 1: column {field} is there twice; remove one")
+        else:
+            places[key] = place
+    missing = [column for column in known[: 2 + len(ORDER)] if column.lower() not in places]
+    for group in (HEAD, EYES):
+        lacking = [column for column in group if column.lower() not in places]
+        missing += lacking if len(lacking) < len(group) else []
+    if missing:
+        listed = ", ".join(missing[:6]) + (f" and {len(missing) - 6} more" if missing[6:] else "")
+        raise InputError(
+            f"{name}: row 1: lacks column {listed}; give a CSV as Live Link Face writes it"
+        )
+    return places, [f"column {', '.join(others)} left out: not known"] if others else []
+
+
+def _seconds(name, row, text):
+    """Time of day, seconds (rule 4)."""
+    match = TIMECODE.fullmatch(text)
+    parts = [float(part) for part in match.groups()] if match else [99.0] * 4
+    if any(part >= limit for part, limit in zip(parts, (24, 60, 60, BASE))):
+        raise InputError(
+            f"{name}: row {row}, column Timecode: '{text[:40]}'; needs HH:MM:SS:FF.mmm, FF below {BASE}"
+        )
+    hours, minutes, seconds, frames = parts
+    return hours * 3600 + minutes * 60 + seconds + frames / BASE
+
+
+def _values(name, row, fields, header, columns):
+    """The known numbers of a row, in the order of `columns` (rules 6 and 7)."""
+    if len(fields) != len(header):
+        raise InputError(
+            f"{name}: row {row}: {len(fields)} fields, the header has {len(header)}; mend or remove the row"
+        )
+    count = fields[columns["blendshapecount"]]
+    if not count.isdigit() or int(count) != len(header) - 2:
+        raise InputError(
+            f"{name}: row {row}, column BlendShapeCount: '{count[:40]}', but the header has "
+            f"{len(header) - 2} columns of values; mend or remove the row"
+        )
+    out = []
+    for key, place in columns.items():
+        if key in ("timecode", "blendshapecount"):
+            continue
+        if not NUMBER.fullmatch(fields[place]) or not np.isfinite(value := float(fields[place])):
+            raise InputError(
+                f"{name}: row {row}, column {header[place]}: '{fields[place][:40]}' is no number; "
+                "mend or remove the row"
+            )
+        if abs(value) > 2 * np.pi and key in _ANGLES:
+            raise InputError(
+                f"{name}: row {row}, column {header[place]}: {value:g} radians; angles in degrees "
+                "must be converted"
+            )
+        out.append(value)
+    return out
+
+
+_ANGLES = {column.lower() for column in HEAD + EYES}
+
+
+def _take(time, values, dropped, columns, notes):
+    have = np.setdiff1d(np.arange(len(time)), dropped)
+    keys = [key for key in columns if key not in ("timecode", "blendshapecount")]
+    known = dict(zip(keys, np.array([values[row] for row in have]).T))
+    weights = np.stack([known[expression.lower()] for expression in EXPRESSIONS], 1)
+    outside = np.maximum(weights - 1, -weights)
+    if dropped:
+        notes.append(f"{len(dropped)} dropped frames interpolated")
+    if outside.max() > 0:
+        row, worst = np.unravel_index(outside.argmax(), outside.shape)
+        notes.append(
+            f"{(outside > 0).sum()} coefficients clamped to 0..1, the farthest "
+            f"{EXPRESSIONS[worst]} {weights[row, worst]:.3f}"
+        )
+
+    def fill(rows):
+        """Values of all times from those of the rows that have some: [n, ...] to [N, ...]."""
+        flat = rows.reshape(len(have), -1).T
+        return np.stack([np.interp(time, time[have], column) for column in flat], 1)
+
+    head = np.zeros((len(time), 3))
+    if "headyaw" in known:
+        head = fill(np.degrees(np.stack([known[key.lower()] for key in HEAD], 1)) * [-1, -1, 1])
+    eyes = None
+    if "lefteyeyaw" in known:
+        angles = np.stack([known[key.lower()] for key in EYES], 1).reshape(-1, 2, 3)
+        eyes = fill(-np.degrees(angles[..., :2])).reshape(-1, 2, 2)
+    weights = fill(np.clip(weights, 0, 1)).astype(np.float32)
+    return Take(time - time[0], weights, head, eyes, float(time[0] % DAY), tuple(notes))
+
+
+def _rows(numbers):
+    listed = ", ".join(map(str, numbers[:6])) + (" ..." if numbers[6:] else "")
+    return f"{len(numbers)} row{'s' if numbers[1:] else ''} ({listed})"
+
+
+def timecode(seconds):
+    """A time of day in seconds as HH:MM:SS:FF.mmm."""
+    thousandths = round(seconds % DAY * BASE * 1000) % round(DAY * BASE * 1000)
+    frames, thousandths = divmod(thousandths, 1000)
+    whole, frames = divmod(frames, BASE)
+    return f"{whole // 3600:02d}:{whole // 60 % 60:02d}:{whole % 60:02d}:{frames:02d}.{thousandths:03d}"
+
+
+def format_take(take):
+    """The bytes of a take as the app writes them."""
+    eyes = np.zeros((len(take.seconds), 2, 2)) if take.eyes is None else take.eyes
+    index = {expression.lower(): place for place, expression in enumerate(EXPRESSIONS)}
+    columns = [take.weights[:, index[column.lower()]] for column in ORDER]
+    columns += list(np.radians(take.head * [-1, -1, 1]).T)
+    if take.eyes is not None:
+        for eye in range(2):
+            columns += [*np.radians(-eyes[:, eye]).T, np.zeros(len(eyes))]
+    names = ["Timecode", "BlendShapeCount", *ORDER, *HEAD, *(EYES if take.eyes is not None else ())]
+    lines = [",".join(names)]
+    for time, row in zip(take.seconds, np.stack(columns, 1)):
+        numbers = ",".join(f"{value + 0.0:.10f}" for value in row)
+        lines.append(f"{timecode(take.start + time)},{len(row)},{numbers}")
+    return ("\n".join(lines) + "\n").encode()
+
+
+def write_take(path, take):
+    """Write a take as Live Link Face CSV; see `files.write_bytes`."""
+    write_bytes(path, format_take(take))
