@@ -16,7 +16,8 @@ LAYERS = [
 ]  # fmt: skip
 RANK = {part: rank for rank, parts in enumerate(LAYERS) for part in parts}
 # A generator draws heads and is handed their conditions: these two plug-in points build on heads.
-MEET = {("generators", "heads"), ("detectors", "heads")}
+# Both kinds of networks are made of the same convolution blocks.
+MEET = {("generators", "heads"), ("detectors", "heads"), ("generators", "detectors")}
 LONGEST = 400  # lines
 
 

@@ -9,7 +9,7 @@ import json
 import logging
 import os
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +20,7 @@ from torch.utils.data import DataLoader, Subset
 from bakery.detectors import frames
 from bakery.detectors.blocks import FinderNet, PointsNet, fold
 from bakery.errors import InputError, ModelError
-from bakery.train import dataset
+from bakery.train import dataset, runs
 from bakery.train.backgrounds import Backgrounds
 from bakery.train.detector_losses import finder_loss, point_errors, points_loss
 from bakery.train.faces import Faces
@@ -71,7 +71,7 @@ def train(run, photos, dense, options=DetectorOptions(), rendered=(), background
     """
     run = Path(run)
     run.mkdir(parents=True, exist_ok=True)
-    _keep_options(run, options)
+    runs.keep_options(run, options)
     torch.manual_seed(options.seed)
     network = NETWORKS[options.network]().to(memory_format=torch.channels_last)
     averaged = NETWORKS[options.network]().to(memory_format=torch.channels_last)
@@ -88,7 +88,8 @@ def train(run, photos, dense, options=DetectorOptions(), rendered=(), background
         network.mean_shape.copy_(torch.from_numpy(faces.mean_shape))
     averaged.load_state_dict(network.state_dict())
     checkpoint = run / "checkpoint.safetensors"
-    step = _restore(checkpoint, network, averaged, optimizer) if checkpoint.exists() else 0
+    modules, optimizers = {"network": network, "averaged": averaged}, {"adam": optimizer}
+    step = runs.load_checkpoint(checkpoint, modules, optimizers) if checkpoint.exists() else 0
     kind = dataset.PointsSamples if options.network == "points" else dataset.FinderSamples
     samples = kind(faces, options.seed, options.steps * options.batch)
     todo = Subset(samples, range(step * options.batch, len(samples)))
@@ -96,7 +97,7 @@ def train(run, photos, dense, options=DetectorOptions(), rendered=(), background
         todo,
         options.batch,
         num_workers=options.workers,
-        worker_init_fn=_quiet_worker,
+        worker_init_fn=runs.quiet_worker,
         multiprocessing_context="spawn" if options.workers else None,  # forks hang in OpenCV
         prefetch_factor=4 if options.workers else None,
     )
@@ -117,11 +118,11 @@ def train(run, photos, dense, options=DetectorOptions(), rendered=(), background
         loss.backward()
         torch.nn.utils.clip_grad_norm_(network.parameters(), 5.0)
         optimizer.step()
-        _average(averaged, network, min(options.average, (1 + step) / (10 + step)))
+        runs.average(averaged, network, min(options.average, (1 + step) / (10 + step)))
         for name, value in parts.items():
             total[name] = total.get(name, 0.0) + value / options.log_every
         if step % options.save_every == 0 or step == options.steps:
-            _save(checkpoint, step, network, averaged, optimizer)
+            runs.save_checkpoint(checkpoint, step, modules, optimizers)
         if step % options.log_every == 0:
             seconds = (time.monotonic() - started) / options.log_every
             figures = {"step": step, "seconds_per_step": round(seconds, 4), **total}
@@ -180,19 +181,6 @@ def export(finder_run, points_run, path):
     os.replace(aside, path)
 
 
-def _keep_options(run, options):
-    path = run / "options.json"
-    table = asdict(options)
-    if path.exists():
-        before = json.loads(path.read_text())
-        changed = [k for k in table if k != "steps" and before.get(k) != table[k]]
-        if changed:
-            raise InputError(
-                f"{run}: was started with other {', '.join(changed)}; give the same or a new folder"
-            )
-    path.write_text(json.dumps(table, indent=2) + "\n")
-
-
 def _loss(network, batch, half):
     network.train()
     image = (batch[0].float() / 255).contiguous(memory_format=torch.channels_last)
@@ -208,60 +196,13 @@ def _bfloat16_pays(network):
     size = dataset.CROP
     image = torch.rand(4, 3, size, size).contiguous(memory_format=torch.channels_last)
     state = {k: v.clone() for k, v in network.state_dict().items()}
-    seconds = {False: [], True: []}
-    for half in (False, True) * 2:
-        start = time.process_time()
-        with torch.autocast("cpu", torch.bfloat16, enabled=half):
-            output = network(image)
+
+    def work():
+        output = network(image)
         output = output if isinstance(output, tuple) else (output,)
         sum(part.float().mean() for part in output).backward()
-        seconds[half].append(time.process_time() - start)
+
+    pays = runs.bfloat16_pays(work)
     network.zero_grad(set_to_none=True)
     network.load_state_dict(state)
-    return min(seconds[True]) < min(seconds[False])
-
-
-def _average(averaged, network, keep):
-    with torch.no_grad():
-        for old, new in zip(averaged.state_dict().values(), network.state_dict().values()):
-            if old.is_floating_point():
-                old.lerp_(new, 1 - keep)
-            else:
-                old.copy_(new)
-
-
-def _save(path, step, network, averaged, optimizer):
-    tensors = {"step": torch.tensor(step)}
-    for name, module in (("network", network), ("averaged", averaged)):
-        tensors.update({f"{name}.{k}": v.contiguous() for k, v in module.state_dict().items()})
-    for index, state in optimizer.state_dict()["state"].items():
-        tensors.update({f"adam.{index}.{k}": v.contiguous() for k, v in state.items()})
-    aside = path.with_suffix(".tmp")
-    save_file(tensors, aside)
-    os.replace(aside, path)
-
-
-def _restore(path, network, averaged, optimizer):
-    """Load a checkpoint; returns its step."""
-    tensors = load_file(path)
-    for name, module in (("network.", network), ("averaged.", averaged)):
-        module.load_state_dict(
-            {k.removeprefix(name): v for k, v in tensors.items() if k.startswith(name)}
-        )
-    state = {}
-    for key, value in tensors.items():
-        if key.startswith("adam."):
-            _, index, name = key.split(".")
-            state.setdefault(int(index), {})[name] = value
-    table = optimizer.state_dict()
-    table["state"] = state
-    optimizer.load_state_dict(table)
-    return int(tensors["step"])
-
-
-def _quiet_worker(_):
-    """One thread a painting process, so that they do not crowd out the training."""
-    import cv2
-
-    cv2.setNumThreads(1)
-    torch.set_num_threads(1)
+    return pays

@@ -1,0 +1,152 @@
+"""The trained generator's network: a light residual U-Net (paGAN sec. 4, DESIGN.md).
+
+It sees the stack of conditions and says how the deformed neutral changes: a log-shading ratio for
+skin, and a colour with its alpha for what the photo never showed. The paper's plain picture is the
+other head. Batch normalisation is folded when the weights are exported: statistics of a picture, as
+instance normalisation takes them, would make crops differ from frames.
+"""
+
+from dataclasses import dataclass
+
+import torch
+from torch import nn
+from torch.nn import functional
+
+from bakery.detectors.blocks import Conv, Residual
+
+# Planes of the input and their channels, in order; a network may be given fewer.
+INPUTS = {"photo": 3, "normals": 3, "depth": 1, "gaze": 2, "mouth": 1, "deformed": 3}
+HEADS = ("change", "plain")
+RATIO_REACH = 1.5  # the log-ratio stays below it: folds of real skin keep within 1
+ALPHA_BIAS = -3.0  # alpha begins at 0.05
+
+
+@dataclass(frozen=True)
+class NetworkOptions:
+    """The shape of a network."""
+
+    channels: tuple[int, ...] = (16, 32, 64, 96, 128)  # at 1/2, 1/4, ... of the picture's side
+    blocks: int = 1  # residual blocks a level, on the way down and on the way up
+    head: str = "change"  # or "plain": the paper's picture
+    inputs: tuple[str, ...] = tuple(INPUTS)
+
+
+class UNet(nn.Module):
+    """[B, C, H, W] to [B, 7 or 3, H, W]; H and W multiples of 2 ** levels."""
+
+    def __init__(self, options=NetworkOptions(), folded=False):
+        super().__init__()
+        self.options = options
+        widths = options.channels
+        inputs = sum(INPUTS[name] for name in options.inputs)
+        self.stem = Conv(4 * inputs, widths[0], folded=folded)
+        self.down, self.up = nn.ModuleList(), nn.ModuleList()
+        self.join = nn.ModuleList()
+        for wide, deep in zip(widths, widths[1:]):
+            self.down.append(_blocks(wide, options.blocks, folded))
+            self.down.append(Conv(wide, deep, stride=2, folded=folded))
+            self.join.append(Conv(deep, wide, kernel=1, active=False, folded=folded))
+            self.up.append(_blocks(wide, options.blocks, folded))
+        self.bottom = _blocks(widths[-1], 2 * options.blocks, folded)
+        outputs = 7 if options.head == "change" else 3
+        self.head = nn.Conv2d(widths[0], 4 * outputs, 3, padding=1)
+        nn.init.zeros_(self.head.weight)
+        nn.init.zeros_(self.head.bias)
+        if options.head == "change":
+            with torch.no_grad():
+                self.head.bias[4 * 6 :] = ALPHA_BIAS
+
+    def forward(self, x):
+        x = self.stem(functional.pixel_unshuffle(x, 2))
+        skips = []
+        for blocks, narrower in zip(self.down[::2], self.down[1::2]):
+            x = blocks(x)
+            skips.append(x)
+            x = narrower(x)
+        x = self.bottom(x)
+        for join, blocks, skip in zip(self.join[::-1], self.up[::-1], skips[::-1]):
+            x = blocks(skip + functional.interpolate(join(x), scale_factor=2, mode="nearest"))
+        return functional.pixel_shuffle(self.head(functional.silu(x)), 2)
+
+
+def _blocks(channels, count, folded):
+    return nn.Sequential(*[Residual(channels, folded) for _ in range(count)])
+
+
+@dataclass(frozen=True)
+class Change:
+    """What a network says, as tensors."""
+
+    ratio: torch.Tensor  # [B, 3, H, W] log of the shading over the deformed neutral, linear light
+    color: torch.Tensor  # [B, 3, H, W] linear
+    alpha: torch.Tensor  # [B, 1, H, W] 0..1
+    picture: torch.Tensor  # [B, 3, H, W] sRGB-encoded: all of it put together
+
+
+def interpret(outputs, deformed):
+    """The outputs of a network as a change of the deformed neutral.
+
+    Args:
+        outputs: [B, 7 or 3, H, W].
+        deformed: [B, 3, H, W] sRGB-encoded 0..1.
+
+    Returns:
+        Change. A plain picture is a colour whose alpha is 1.
+    """
+    outputs = outputs.float()
+    base = to_linear(deformed)
+    if outputs.shape[1] == 3:
+        color = to_linear(torch.sigmoid(outputs))
+        return Change(
+            torch.zeros_like(base), color, torch.ones_like(color[:, :1]), torch.sigmoid(outputs)
+        )
+    ratio = RATIO_REACH * torch.tanh(outputs[:, :3] / RATIO_REACH)
+    color = to_linear(torch.sigmoid(outputs[:, 3:6]))
+    alpha = torch.sigmoid(outputs[:, 6:])
+    made = base * torch.exp(ratio) * (1 - alpha) + color * alpha
+    return Change(ratio, color, alpha, to_encoded(made))
+
+
+def to_linear(encoded):
+    """sRGB-encoded 0..1 to linear (IEC 61966-2-1), differentiable."""
+    return torch.where(
+        encoded <= 0.04045, encoded / 12.92, ((encoded.clamp_min(0.04) + 0.055) / 1.055) ** 2.4
+    )
+
+
+def to_encoded(linear):
+    """Linear to sRGB-encoded, not above 1, differentiable."""
+    linear = linear.clamp(0, 1)
+    low = linear * 12.92
+    return torch.where(
+        linear <= 0.0031308, low, 1.055 * linear.clamp_min(0.003) ** (1 / 2.4) - 0.055
+    )
+
+
+def stack(planes, photo, inputs=tuple(INPUTS)):
+    """Planes as the network's input [C, H, W] float32.
+
+    Args:
+        planes: bakery.generators.planes.Planes, or anything with the same fields.
+        photo: [H, W, 3] uint8 sRGB: the subject in neutral, head only.
+        inputs: names of INPUTS.
+    """
+    import numpy as np
+
+    from bakery.generators.planes import NONE
+    from bakery.generators.shade import MOUTH, is_part
+
+    made = {
+        "photo": lambda: photo.astype(np.float32) / 255,
+        "normals": lambda: planes.normals.astype(np.float32) / 127,
+        "depth": lambda: planes.depth[..., None].astype(np.float32) / 255,
+        "gaze": lambda: planes.gaze.astype(np.float32) / 255,
+        "mouth": lambda: is_part(planes.part, *MOUTH)[..., None].astype(np.float32),
+        "deformed": lambda: planes.deformed.astype(np.float32) / 255,
+    }
+    assert NONE == 255
+    return torch.from_numpy(
+        np.ascontiguousarray(
+            np.concatenate([made[name]() for name in inputs], -1).transpose(2, 0, 1)
+        )
+    )

@@ -1,0 +1,88 @@
+"""Losses of the generator (paGAN eq. 1) and what was added to them. Pure functions of tensors."""
+
+import torch
+from torch import nn
+from torch.nn import functional
+
+from bakery.train.pagan_data import UNIT
+
+
+def pixel_loss(picture, target, weight):
+    """Mean absolute difference of pictures [B, 3, H, W] 0..1, weighted by [B, 1, H, W]."""
+    return ((picture - target).abs() * weight).sum() / (3 * weight.sum()).clamp_min(1)
+
+
+def detail_loss(picture, target, weight, scales=3):
+    """The same of their gradients, on a pyramid: edges, creases and teeth, not their place in tone.
+
+    References:
+        Mathieu, Couprie and LeCun, "Deep multi-scale video prediction beyond mean square error",
+        ICLR 2016, eq. 6.
+    """
+    total = 0.0
+    for _ in range(scales):
+        difference = picture - target
+        across = (difference[..., 1:] - difference[..., :-1]).abs()
+        down = (difference[..., 1:, :] - difference[..., :-1, :]).abs()
+        total = total + (across * torch.minimum(weight[..., 1:], weight[..., :-1])).sum() / (
+            3 * weight.sum()
+        ).clamp_min(1)
+        total = total + (down * torch.minimum(weight[..., 1:, :], weight[..., :-1, :])).sum() / (
+            3 * weight.sum()
+        ).clamp_min(1)
+        picture, target, weight = (functional.avg_pool2d(x, 2) for x in (picture, target, weight))
+    return total / scales
+
+
+def restraint(change, weight, skin):
+    """What a change costs on skin: alpha, which hides the photo's own detail, and a rough ratio."""
+    skin = skin * (weight > 0)
+    count = skin.sum().clamp_min(1)
+    alpha = (change.alpha * skin).sum() / count
+    ratio = change.ratio
+    rough = ((ratio[..., 1:] - ratio[..., :-1]).abs() * skin[..., 1:]).sum() + (
+        (ratio[..., 1:, :] - ratio[..., :-1, :]).abs() * skin[..., 1:, :]
+    ).sum()
+    return alpha, rough / (3 * count)
+
+
+class PatchDiscriminator(nn.Module):
+    """Judges overlapping patches of (conditions, picture): PatchGAN.
+
+    Spectral norm in place of batch norm keeps it from overwhelming a small generator.
+
+    References:
+        Isola, Zhu, Zhou and Efros, "Image-to-image translation with conditional adversarial
+        networks", CVPR 2017; Miyato et al., "Spectral normalization", ICLR 2018.
+    """
+
+    def __init__(self, inputs, channels=32):
+        super().__init__()
+        spectral = nn.utils.parametrizations.spectral_norm
+        widths = [inputs + 3, channels, 2 * channels, 4 * channels]
+        layers = []
+        for wide, deep in zip(widths, widths[1:]):
+            layers += [spectral(nn.Conv2d(wide, deep, 4, 2, 1)), nn.LeakyReLU(0.2)]
+        layers += [spectral(nn.Conv2d(widths[-1], 4 * channels, 3, 1, 1)), nn.LeakyReLU(0.2)]
+        self.layers = nn.Sequential(*layers, nn.Conv2d(4 * channels, 1, 3, 1, 1))
+
+    def forward(self, conditions, picture):
+        """Logits [B, 1, H/8, W/8] of conditions [B, C, H, W] and a picture [B, 3, H, W]."""
+        return self.layers(torch.cat([conditions, picture], 1))
+
+
+def patch_weight(weight):
+    """Weights [B, 1, H, W] for the patches of a discriminator: a patch counts if it shows face."""
+    return (functional.avg_pool2d(weight, 8) > 0.25 * UNIT / 255).float()
+
+
+def judged(logits, real, weight):
+    """Cross entropy of a discriminator's logits against "real" or "made", over patches of face."""
+    target = torch.full_like(logits, float(real))
+    each = functional.binary_cross_entropy_with_logits(logits, target, reduction="none")
+    return (each * weight).sum() / weight.sum().clamp_min(1)
+
+
+def identity_loss(features, photo, picture):
+    """L1 distance of identity features of two batches of pictures (paGAN eq. 2), mean over features."""
+    return (features(photo).detach() - features(picture)).abs().mean()
