@@ -45,3 +45,45 @@ def training(count, output, seed, head):
 
     for path in write(load_head(head), output, count, seed):
         click.echo(path)
+
+
+@synth.command("pairs", cls=options.Command)
+@click.option("-n", "--count", required=True, type=click.IntRange(1), help="Pairs.")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")
+@click.option("--seed", default=0, show_default=True, help="Subject k depends on seed and k only.")
+@click.option(
+    "--head", "heads", multiple=True, default=("makehuman",), show_default=True,
+    help="Head model: name or file; several are taken in turn.",
+)  # fmt: skip
+@click.option("--skins", type=click.Path(path_type=Path), help="Folder of `bakery synth skins`.")
+@click.option("--size", default=256, show_default=True, type=click.IntRange(64), help="Pixels.")
+def pairs(count, output, seed, heads, skins, size):
+    """Paint invented people in neutral and in other expressions, for `bakery train pagan`.
+
+    \b
+    bakery synth pairs -n 4096 --seed 1 -o runs/pairs
+    """
+    from bakery.heads.file import load_head
+    from bakery.synth.pair_painter import PairOptions
+    from bakery.synth.pair_shards import write
+
+    models = [load_head(head) for head in heads]
+    for path in write(models, output, count, seed, skins, PairOptions(size=size)):
+        click.echo(path)
+
+
+@synth.command("skins", cls=options.Command)
+@click.argument("photos", type=click.Path(path_type=Path))
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")
+@options.head
+def skins(photos, output, head):
+    """Unwrap the NAME_neutral.jpg of PHOTOS into skins for painted training subjects.
+
+    \b
+    bakery synth skins portraits/london/train -o runs/skins
+    """
+    from bakery.heads.file import load_head
+    from bakery.train.skins import unwrap_folder
+
+    for path in unwrap_folder(photos, load_head(head), output):
+        click.echo(path)

@@ -17,7 +17,9 @@ from bakery.heads.base import PARTS
 NONE = 255  # code of `part` where nothing is drawn
 # mm between the eyes' middle (the origin of head space) and what depth 255 and depth 1 mean.
 NEAR, FAR = 80.0, -160.0
-FACE_REACH = (22.0, 40.0)  # mm from the nearest landmark, mean head: the face is whole, and ended
+FACE_REACH = (15.0, 30.0)  # mm from the nearest landmark, mean head: the face is whole, and ended
+
+_SHARES = {}  # by mean head: a person's own head shares the mean of its model
 
 
 @dataclass(frozen=True)
@@ -69,13 +71,13 @@ def face_mask(head, conditions):
 
 
 def face_share(head):
-    """How far each vertex [V] belongs to the face, 0..1; computed once for a head model."""
-    kept = head.__dict__.get("_face_share")
-    if kept is None:
+    """How far each vertex [V] belongs to the face, 0..1; computed once for a mean head."""
+    mean, kept = _SHARES.get(id(head.mean), (None, None))
+    if mean is not head.mean:
         marks = head.landmarks(head.mean)[:468]
         distance = np.full(len(head.mean), np.inf)
         for mark in marks:
             distance = np.minimum(distance, ((head.mean - mark) ** 2).sum(1))
         kept = smoothstep(FACE_REACH[1], FACE_REACH[0], np.sqrt(distance)).astype(np.float32)
-        head.__dict__["_face_share"] = kept
+        _SHARES[id(head.mean)] = (head.mean, kept)
     return kept

@@ -28,7 +28,9 @@ def opening(kinds, numbers, pixel):
     return cv2.GaussianBlur(mask, (0, 0), max(1.3 / pixel, 0.5))
 
 
-def shade_inside(name, points, normal, view, lips, inside, visibility, environment):
+def shade_inside(
+    name, points, normal, view, lips, inside, visibility, environment, reflectance=None
+):
     """Colour [n, 3] linear of one part.
 
     Args:
@@ -38,8 +40,10 @@ def shade_inside(name, points, normal, view, lips, inside, visibility, environme
         inside: [n] from `opening`.
         visibility: [lamps, n].
         environment: the light.
+        reflectance: [3] or [n, 3] in place of the one in PARTS_INSIDE.
     """
     albedo, share, rough = PARTS_INSIDE[name]
+    albedo = albedo if reflectance is None else reflectance
     soft = normal * 0.6 + view * 0.4
     soft /= np.linalg.norm(soft, axis=1, keepdims=True)
     warm = np.array([1.22, 1.10, 0.98])  # light has met lips and tongue before

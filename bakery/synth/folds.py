@@ -1,0 +1,211 @@
+"""Dynamic relief of the skin: folds that tension of the mesh brings out, different on every face.
+
+Where a fold can form is anatomy: it lies across the muscle that acts below it. How deep it is at a
+moment is tension: the share of its length that the skin loses across the fold. What one subject has
+(how many lines, where, how deep, how early they show) is drawn from the subject's seed and age.
+"""
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+
+from bakery.generators.wrinkles import mirror_landmarks
+from bakery.geometry.fill import smoothstep
+from bakery.geometry.noise import value_noise
+from bakery.synth.chart import spline
+from bakery.synth.fold_lines import subject_lines
+
+SAMPLES = 40  # points of a fold's curve
+AROUND = 7.0  # mm, how far from a fold its tension is measured
+FULL = 1.25  # depth of a fold is held to this share of its full one
+
+
+@dataclass(frozen=True)
+class Folds:
+    """All folds of one subject on one head shape."""
+
+    corners: np.ndarray  # [n, 3] vertices of the faces that feel each fold, fold by fold
+    across: np.ndarray  # [n, 2] the direction across the fold, in the edges of each face
+    length: np.ndarray  # [n] mm of that direction at rest
+    weight: np.ndarray  # [n] sum 1 for each fold
+    begins: np.ndarray  # [folds + 1] where each fold's faces begin
+    onset: np.ndarray  # [folds] loss of length at which the fold begins to show
+    gain: np.ndarray  # [folds] further loss at which it is full
+    rows: np.ndarray  # [m] texels of all profiles, fold by fold
+    height: np.ndarray  # [m] mm at full depth
+    ends: np.ndarray  # [folds + 1] where each fold's texels begin
+    texels: int  # number of texels of the atlas's rows
+
+    def depths(self, vertices):
+        """0 at rest to FULL [folds]: how deep each fold is on a deformed shape [V, 3]."""
+        return _depths(
+            np.ascontiguousarray(vertices, np.float32), self.corners, self.across, self.length,
+            self.weight, self.begins, self.onset, self.gain,
+        )  # fmt: skip
+
+    def relief(self, depths):
+        """Height [texels] mm of the skin over its resting shape."""
+        out = np.zeros(self.texels, np.float32)
+        _add(self.rows, self.height, self.ends, depths, out)
+        return out
+
+
+@numba.njit(cache=True, nogil=True)
+def _depths(vertices, corners, across, length, weight, begins, onset, gain):
+    out = np.zeros(len(begins) - 1, np.float32)
+    for k in range(len(out)):
+        loss = 0.0
+        for i in range(begins[k], begins[k + 1]):
+            a, b, c = corners[i, 0], corners[i, 1], corners[i, 2]
+            total = 0.0
+            for d in range(3):
+                step = across[i, 0] * (vertices[b, d] - vertices[a, d])
+                step += across[i, 1] * (vertices[c, d] - vertices[a, d])
+                total += step * step
+            loss += weight[i] * (1 - np.sqrt(total) / length[i])
+        out[k] = min(max((loss - onset[k]) / gain[k], 0.0), FULL)
+    return out
+
+
+@numba.njit(cache=True, nogil=True)
+def _add(rows, height, ends, depths, out):
+    for k in range(len(depths)):
+        if depths[k] > 0.01:
+            for i in range(ends[k], ends[k + 1]):
+                out[rows[i]] += depths[k] * height[i]
+
+
+def make_folds(head, neutral, points, rng, age):
+    """Draw a subject's folds and lay them on its neutral shape.
+
+    Args:
+        head: HeadModel.
+        neutral: [V, 3] mm.
+        points: [N, 3] mm, the skin's texels on that shape.
+        rng: numpy Generator.
+        age: years.
+
+    Returns:
+        Folds.
+    """
+    marks = head.landmarks(neutral)
+    mirror = mirror_landmarks(marks)
+    skin = head.faces[head.part_faces("skin")]
+    centers = neutral[skin].mean(1)
+    columns = np.ascontiguousarray(points.T)
+    felt, drawn = [], []
+    for line in subject_lines(rng, age):
+        curve = _curve(line, marks, mirror if line.left else None)
+        low, high = curve.min(0), curve.max(0)
+        margin = 4.5 * line.width
+        rows = _within(columns, low - margin, high + margin)
+        drawn.append((rows, _profile(line, curve, points[rows], int(rng.integers(2**31)))))
+        felt.append(_feel(curve, neutral, skin, centers) + (line.onset, line.gain))
+    counts = np.array([len(one[0]) for one in felt])
+    return Folds(
+        corners=np.concatenate([one[0] for one in felt]).astype(np.int32),
+        across=np.concatenate([one[1] for one in felt]).astype(np.float32),
+        length=np.concatenate([one[2] for one in felt]).astype(np.float32),
+        weight=np.concatenate([one[3] for one in felt]).astype(np.float32),
+        begins=np.concatenate([[0], np.cumsum(counts)]),
+        onset=np.array([one[4] for one in felt], np.float32),
+        gain=np.array([one[5] for one in felt], np.float32),
+        rows=np.concatenate([rows for rows, _ in drawn]).astype(np.int32),
+        height=np.concatenate([height for _, height in drawn]).astype(np.float32),
+        ends=np.concatenate([[0], np.cumsum([len(rows) for rows, _ in drawn])]),
+        texels=len(points),
+    )
+
+
+def _within(columns, low, high):
+    """Which of the points [3, N] lie in a box: indices."""
+    inside = np.ones(columns.shape[1], bool)
+    for values, least, most in zip(columns, low, high):
+        inside &= (values > least) & (values < most)
+    return np.flatnonzero(inside)
+
+
+def _curve(line, marks, mirror):
+    """Points [SAMPLES, 3] along a line."""
+    knots = [
+        sum(w * marks[i if mirror is None else mirror[i]] for i, w in mix.items())
+        / sum(mix.values())
+        for mix in line.points
+    ]
+    return spline(np.array(knots) + line.shift * [-1 if line.left else 1, 1, 1], SAMPLES)
+
+
+def _profile(line, curve, points, seed):
+    """Height [n] mm of a full fold: a valley, with the bulge of the skin that piles up beside it."""
+    if not len(points):
+        return np.zeros(0, np.float32)
+    wander = np.stack([value_noise(points, 8.0, seed + k) for k in range(3)], 1) * line.wander
+    strength = np.clip(1 + 0.35 * value_noise(points, 5.0, seed + 5), 0.2, 1.8)
+    off, side, position = _beside(curve, points + wander)
+    fade = smoothstep(0, 0.22, position) * smoothstep(1, 0.78, position)
+    width = line.width * (0.45 + 0.55 * fade)
+    valley = np.exp(-((off / (0.55 * width)) ** 2))
+    # Skin that is pushed together stands up on both sides, more on the side it comes from.
+    bulge = np.exp(-(((off - 1.25 * width) / (0.75 * width)) ** 2))
+    lean = 0.42 * (1 + line.lean * side)
+    return (line.depth * fade * strength * (lean * bulge - valley)).astype(np.float32)
+
+
+@numba.njit(cache=True, nogil=True)
+def _nearest(curve, points, index, along):
+    for n in range(len(points)):
+        best = 1e30
+        for k in range(len(curve) - 1):
+            dot = 0.0
+            square = 0.0
+            for d in range(3):
+                step = curve[k + 1, d] - curve[k, d]
+                dot += (points[n, d] - curve[k, d]) * step
+                square += step * step
+            t = min(max(dot / max(square, 1e-9), 0.0), 1.0)
+            distance = 0.0
+            for d in range(3):
+                gap = points[n, d] - curve[k, d] - t * (curve[k + 1, d] - curve[k, d])
+                distance += gap * gap
+            if distance < best:
+                best = distance
+                index[n] = k
+                along[n] = t
+
+
+def _beside(curve, points):
+    """Distance [n] mm from a curve, on which side (+1 right of it in the picture), and where 0..1."""
+    index, along = np.zeros(len(points), np.int64), np.zeros(len(points))
+    _nearest(np.ascontiguousarray(curve), np.ascontiguousarray(points, float), index, along)
+    step = curve[index + 1] - curve[index]
+    gap = points - (curve[index] + along[:, None] * step)
+    side = np.sign(step[:, 0] * gap[:, 1] - step[:, 1] * gap[:, 0])
+    return np.linalg.norm(gap, axis=1), side, (index + along) / (len(curve) - 1)
+
+
+def _feel(curve, neutral, skin, centers):
+    """Faces around a fold, the direction across it on each, that direction's length, weights."""
+    columns = np.ascontiguousarray(centers.T)
+    near = _within(columns, curve.min(0) - AROUND, curve.max(0) + AROUND)
+    index, along = np.zeros(len(near), np.int64), np.zeros(len(near))
+    _nearest(np.ascontiguousarray(curve), np.ascontiguousarray(centers[near], float), index, along)
+    tangent = curve[index + 1] - curve[index]
+    gap = np.linalg.norm(centers[near] - curve[index] - along[:, None] * tangent, axis=1)
+    keep = gap < AROUND
+    near, tangent, gap = near[keep], tangent[keep], gap[keep]
+    a, b, c = (neutral[skin[near, k]].astype(float) for k in range(3))
+    e1, e2 = b - a, c - a
+    normal = np.cross(e1, e2)
+    area = np.maximum(np.linalg.norm(normal, axis=1), 1e-9)
+    direction = np.cross(normal / area[:, None], tangent)
+    direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-9)
+    # Coordinates of the direction in the edges of each face, by the normal equations.
+    g11, g12, g22 = (e1 * e1).sum(1), (e1 * e2).sum(1), (e2 * e2).sum(1)
+    p1, p2 = (direction * e1).sum(1), (direction * e2).sum(1)
+    determinant = np.maximum(g11 * g22 - g12**2, 1e-9)
+    across = np.stack([g22 * p1 - g12 * p2, g11 * p2 - g12 * p1], 1) / determinant[:, None]
+    image = across[:, :1] * e1 + across[:, 1:] * e2
+    weight = area * np.exp(-((gap / (0.6 * AROUND)) ** 2))
+    length = np.maximum(np.linalg.norm(image, axis=1), 0.2)
+    return skin[near], across, length, weight / max(weight.sum(), 1e-9)

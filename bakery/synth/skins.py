@@ -1,0 +1,145 @@
+"""Skin of photographed people on the atlas, for subjects that are painted to train on.
+
+A folder of such skins is made from photographs by `bakery synth skins`; it never ships. Each file is
+one person's reflectance: the unwrapped photo with its light divided out. A painted subject mixes two
+of them, so that none of the people looks out of a training picture.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from bakery.errors import InputError
+from bakery.geometry import rotation
+from bakery.geometry.fill import diffuse, smoothstep
+from bakery.geometry.mesh import vertex_normals
+from bakery.geometry.noise import value_noise
+from bakery.stages import texture
+from bakery.stages.atlas import make_atlas
+from bakery.stages.texture_complete import INFERRED, shading
+from bakery.synth.skin import HAEMOGLOBIN, MELANIN
+
+TEXELS = 512  # side of a skin; 0.5 mm on the face
+WHITE = 0.50  # luminance of the sclera's reflectance: what the eyes of all skins are scaled to
+EXPOSED = 0.85  # reflectance of what a photo shows as 1 at a frontal normal
+FEATURE = 24.0  # texels, blur that parts a skin's tone from its features
+
+
+@dataclass(frozen=True)
+class Skin:
+    """One person's reflectance."""
+
+    albedo: np.ndarray  # [T, T, 3] float32 linear, skin parts of the atlas only
+    balls: np.ndarray  # [2, n, n, 3] float32 linear, eye maps (generators.eyes)
+    iris: np.ndarray  # [2] degrees
+
+
+def unwrap(photo, landmarks, fit, neutral, head, mask):
+    """The reflectance of a photographed person.
+
+    Args, as for `stages.texture.prepare`.
+
+    Returns:
+        Skin.
+    """
+    subject, source, _ = texture.prepare(photo, landmarks, fit, neutral, head, mask, TEXELS)
+    atlas = make_atlas(head, TEXELS)
+    vertices = head.vertices(neutral, fit.expression, fit.gaze)
+    turn = rotation.matrix(fit.camera.rotation)
+    normals = atlas.at(vertex_normals(vertices, head.faces) @ turn.T)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
+    shade = atlas.paint(shading(normals, fit.light).astype(np.float32), 1)
+    skin = atlas.paint(atlas.rows("skin").astype(np.float32))
+    albedo = EXPOSED * subject.texture / np.where(shade > 0, shade, 1)
+    sure = skin * (source != INFERRED)
+    albedo = np.where(skin[..., None] > 0, albedo, diffuse(albedo, sure))
+    white = np.percentile(subject.eyes.ball[:, 128].mean(-1), 75)
+    balls = subject.eyes.ball * (WHITE / max(float(white), 1e-3))
+    return Skin(np.clip(albedo, 0.004, 0.95).astype(np.float32), balls, subject.eyes.iris)
+
+
+def save(path, skin):
+    """Write a skin as .npz, half precision."""
+    np.savez_compressed(
+        path,
+        albedo=skin.albedo.astype(np.float16),
+        balls=skin.balls.astype(np.float16),
+        iris=skin.iris,
+    )
+
+
+@lru_cache(maxsize=96)
+def load(path):
+    """Read a skin; kept, since subjects draw from the same few dozen."""
+    with np.load(path) as file:
+        return Skin(*(file[name].astype(np.float32) for name in ("albedo", "balls", "iris")))
+
+
+def skins_of(folder, head):
+    """The skins in a folder that were unwrapped on this head: [Path].
+
+    Raises:
+        InputError: there is none.
+    """
+    found = sorted(Path(folder).glob(f"{head.name}-*.npz"))
+    if not found:
+        raise InputError(
+            f"{folder}: no skins of head {head.name}; make them with `bakery synth skins`"
+        )
+    return found
+
+
+def mixed(rng, paths, points):
+    """A skin nobody has: features of two people, tone of a third one's range.
+
+    Args:
+        rng: numpy Generator.
+        paths: skins to draw from.
+        points: [T, T, 3] mm, the mean head at the texels.
+
+    Returns:
+        Skin.
+    """
+    first, second, eyes = (load(paths[k]) for k in rng.integers(len(paths), size=3))
+    tone_a, detail_a = _parted(_turned(rng, first.albedo))
+    tone_b, detail_b = _parted(_turned(rng, second.albedo))
+    share = _share(rng, points)[..., None]
+    lean = rng.uniform(0.0, 1.0)
+    tone = tone_a + lean * (tone_b - tone_a)
+    detail = detail_a * (1 - share) + detail_b * share
+    shift = rng.normal(size=2) * [0.14, 0.07]
+    pigment = shift[0] * MELANIN + shift[1] * HAEMOGLOBIN
+    gain = rng.uniform(0.85, 1.2)
+    albedo = np.exp(tone + gain * detail - pigment)
+    color = np.exp(rng.normal(size=3) * 0.06 + rng.normal() * 0.12)
+    balls = (eyes.balls if rng.random() < 0.5 else eyes.balls[::-1, :, ::-1]) * color
+    return Skin(
+        np.clip(albedo, 0.004, 0.95).astype(np.float32), balls.astype(np.float32), eyes.iris
+    )
+
+
+def _turned(rng, albedo):
+    """The skin or its mirror image: atlases are symmetric (`stages.texture_complete`)."""
+    return albedo[:, ::-1] if rng.random() < 0.5 else albedo
+
+
+def _parted(albedo):
+    """log albedo as smooth tone and features [T, T, 3] each."""
+    import cv2
+
+    whole = np.log(np.maximum(albedo, 4e-3))
+    small = cv2.resize(whole, (TEXELS // 8, TEXELS // 8), interpolation=cv2.INTER_AREA)
+    tone = cv2.resize(cv2.GaussianBlur(small, (0, 0), FEATURE / 8), (TEXELS, TEXELS))
+    return tone, whole - tone
+
+
+def _share(rng, points):
+    """How much of the second person's features each texel takes [T, T]: whole regions, no ghosts."""
+    if rng.random() < 0.35:
+        return np.zeros(points.shape[:2], np.float32)
+    wide = points.reshape(-1, 3) * np.array([0.6, 1.0, 1.0])  # brows and lids stay pairs
+    wide[:, 0] = np.abs(wide[:, 0])
+    noise = value_noise(wide, 55.0, int(rng.integers(2**31))).reshape(points.shape[:2])
+    return smoothstep(-0.15, 0.15, noise + rng.normal() * 0.3).astype(np.float32)

@@ -1,0 +1,37 @@
+"""Unwraps photographs of neutral faces into skins for painted training subjects."""
+
+from bakery import steps
+from bakery.errors import InputError
+from bakery.stages.segment import HAIR
+from bakery.synth import skins
+
+PATTERN = "*_neutral.jpg"
+
+
+def unwrap_folder(photos, head, output):
+    """Unwrap every NAME_neutral.jpg of a folder; what is there already is left alone.
+
+    Args:
+        photos, output: Path.
+        head: HeadModel.
+
+    Yields:
+        Path of each skin once it is written.
+
+    Raises:
+        InputError: the folder holds no such photo.
+    """
+    paths = sorted(photos.glob(PATTERN))
+    if not paths:
+        raise InputError(f"{photos}: holds no {PATTERN}; give a folder of such photographs")
+    output.mkdir(parents=True, exist_ok=True)
+    for path in paths:
+        target = output / f"{head.name}-{path.stem.split('_')[0]}.npz"
+        if target.exists():
+            continue
+        photo, landmarks = steps.one_face(path)
+        fit, segmentation = steps.place_head(path, photo, landmarks, head)
+        own, neutral = steps.own_head(head, fit)
+        mask = steps.clear_of_hair(segmentation.skin, segmentation.labels == HAIR, landmarks.points)
+        skins.save(target, skins.unwrap(photo, landmarks, fit, neutral, own, mask))
+        yield target
