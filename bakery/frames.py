@@ -37,9 +37,12 @@ class Scene:
     view: str | tuple[float, float]  # "photo", "front" or (yaw, pitch) degrees
     size: int | None  # pixels a side; None is the usual
     dynamic: bool  # whether expressions change the texture
+    hair: bool = True  # whether the hair layer is shown
 
 
-def parse(weights="", fitted=None, gaze=None, view="front", size=None, textures="dynamic"):
+def parse(
+    weights="", fitted=None, gaze=None, view="front", size=None, textures="dynamic", hair=True
+):
     """The options of the command as the fields of a Scene.
 
     Raises:
@@ -59,6 +62,7 @@ def parse(weights="", fitted=None, gaze=None, view="front", size=None, textures=
         "view": view if view in VIEWS else _pair("--view", view, "photo, front or "),
         "size": size,
         "dynamic": textures == "dynamic",
+        "hair": hair,
     }
 
 
@@ -94,7 +98,7 @@ def render(avatar, scene):
     camera = _camera(avatar, scene)
     gaze = scene.gaze if scene.gaze is not None else gaze_of(scene.expression).mean(0)
     vertices = avatar.head.vertices(_neutral(avatar, scene.fit), scene.expression, gaze)
-    frame = draw(avatar, vertices, camera, scene.expression, gaze, scene.dynamic)
+    frame = draw(avatar, vertices, camera, scene.expression, gaze, scene.dynamic, scene.hair)
     face = np.minimum(frame.alpha, frame.face)
     if scene.view == "photo" and scene.fit is None and avatar.photo is not None:
         picture = over_photo(avatar, frame, vertices, to_linear(avatar.photo))

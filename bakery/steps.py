@@ -13,11 +13,15 @@ from bakery.detectors.file import FileDetector
 from bakery.errors import BundleError, FitError, InputError, ModelError
 from bakery.formats import bundle as files
 from bakery.formats import image, record, targets
+from bakery.formats.files import write_bytes
 from bakery.formats.glb import write_glb
 from bakery.formats.place import staged
+from bakery.formats.web import small_picture
 from bakery.heads.file import load_head, save_head
 from bakery.runtime.avatar import Avatar
+from bakery.runtime.blend import lay_hair
 from bakery.runtime.preview import contact_sheet
+from bakery.runtime.web import WebOptions, web_files
 from bakery.stages import assess, texture
 from bakery.stages import bundle as bundles
 from bakery.stages.atlas import make_atlas
@@ -25,9 +29,9 @@ from bakery.stages.detect import SMALLEST_FACE, detect_faces, face_size
 from bakery.stages.fit import FitOptions, fit, prepare
 from bakery.stages.lids import close_lids
 from bakery.stages.mask import activation_masks
-from bakery.stages.segment import HAIR, SegmentOptions, segment
+from bakery.stages.segment import SegmentOptions, segment
 from bakery.stages.texture import TextureOptions
-from bakery.stages.texture_complete import clear_of_hair
+from bakery.stages.texture_hair import cover_of
 from bakery.stages.warp import residual_offsets
 from bakery.types import EXPRESSIONS, Fit, Landmarks, Photo
 
@@ -42,7 +46,7 @@ class BundleOptions:
     """What goes into the bundle."""
 
     masks: int = 512  # texels on a side of the activation masks
-    web: int = 1024  # texels on a side of the browser's textures, at most
+    web: WebOptions = field(default_factory=WebOptions)  # the copy for browsers
     glb: int = 1024  # texels on a side of the texture inside head.glb, at most
 
 
@@ -218,15 +222,13 @@ def paint(photo, landmarks, fit, segmentation, head, generator, options, progres
         done += 1
 
     own, neutral = own_head(head, fit)
-    hair = segmentation.labels == HAIR
-    skin = clear_of_hair(segmentation.skin, hair, landmarks.points)
     return texture.bake(
         photo,
         landmarks,
         fit,
         neutral,
         own,
-        skin,
+        cover_of(segmentation, landmarks.points),
         generator,
         wanted,
         options.texture,
@@ -279,7 +281,7 @@ def pack(target, baked, options, keep_photo=False, overwrite=False):
     head, neutral = own_head(baked.head, baked.fit)
     with staged(target, overwrite) as folder:
         levels, carriers = bundles.levels_of_detail(head, neutral)
-        atlas = files.small_picture(textures.neutral, options.glb)
+        atlas = small_picture(lay_hair(textures.neutral, textures.hair), options.glb)
         write_glb(
             folder / "head.glb",
             levels,
@@ -291,8 +293,11 @@ def pack(target, baked, options, keep_photo=False, overwrite=False):
         modes = np.zeros((0, *neutral.shape), np.float32)
         save_head(folder / RIG, replace(head, mean=neutral, identity_basis=modes))
         files.write_textures(folder, textures, baked.masks)
-        web = files.write_web(folder, textures, baked.masks, options.web)
-        avatar = Avatar(head, neutral, baked.fit, textures, baked.masks)
+        kept = baked.photo.encoded if keep_photo else None
+        avatar = Avatar(head, neutral, baked.fit, textures, baked.masks, kept)
+        packed, web = web_files(avatar, options.web)
+        for name, data in packed.items():
+            write_bytes(folder / name, data)
         image.write_image(folder / "preview.png", contact_sheet(avatar))
         manifest = bundles.manifest(baked, levels, web)
         if keep_photo:

@@ -145,6 +145,7 @@ class Textures:
     key_weights: np.ndarray  # [K, E] a_e^k
     source: np.ndarray  # [T, T] uint8: 0 none, 1 observed, 2 mirrored, 3 inferred, 4 painted
     facing: np.ndarray  # [T, T] float16 0..1: weight of the observation
+    hair: np.ndarray  # [T, T, 4] float16, colour multiplied by alpha: lies over all of the above
     gaze: np.ndarray  # [20, h, 2 w, 3] float16: left cap, right cap side by side
     gaze_directions: np.ndarray  # [20, 2] degrees
     mouths: np.ndarray  # [M, h, w, 3] float16: the mouth sheet

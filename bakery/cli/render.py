@@ -24,6 +24,7 @@ from bakery.cli import options
     "--textures", type=click.Choice(["dynamic", "static"]), default="dynamic", show_default=True,
     help="Blend the baked expressions, or show the neutral texture alone.",
 )  # fmt: skip
+@click.option("--hair/--no-hair", default=True, help="Show the hair layer (shown).")
 @click.option("--mask", type=click.Path(path_type=Path), help="PNG of the pixels of the face.")
 def render(bundle, output, mask, **wanted):
     """Draw a frame of BUNDLE.

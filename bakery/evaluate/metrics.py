@@ -41,7 +41,7 @@ def ssim(a, b, mask):
 def hull_mask(points, height, width):
     """Boolean [H, W]: inside the convex hull of points [n, 2] pixels."""
     mask = np.zeros((height, width), np.uint8)
-    hull = cv2.convexHull(np.asarray(points, np.float32))
+    hull = cv2.convexHull(np.ascontiguousarray(points, np.float32))
     cv2.fillConvexPoly(mask, np.round(hull * 16).astype(np.int32), 1, shift=4)
     return mask.astype(bool)
 

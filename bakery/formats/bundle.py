@@ -11,9 +11,7 @@ import numpy as np
 from bakery.errors import BundleError
 from bakery.formats import exr, record
 from bakery.formats.files import digest, digest_file, read_bytes, write_bytes
-from bakery.formats.image import encode_image
 from bakery.formats.place import MANIFEST
-from bakery.geometry.color import to_encoded
 from bakery.types import EXPRESSIONS, Textures
 
 SCHEMA = Path(__file__).resolve().parent.parent / "assets" / "schema" / "avatar-1.schema.json"
@@ -22,6 +20,7 @@ ROLES = {
     "head.npz": "geometry",
     "face.exr": "face",
     "masks.exr": "masks",
+    "hair.exr": "hair",
     "coverage.exr": "coverage",
     "gaze.exr": "gaze",
     "mouth.exr": "mouth",
@@ -29,7 +28,6 @@ ROLES = {
     "photo.png": "photo",
 }
 SOURCES = {0: "none", 1: "observed", 2: "mirrored", 3: "inferred", 4: "painted"}
-WEB_QUALITY = 90
 CONVENTIONS = {
     "units": "millimetres; metres in head.glb",
     "axes": "right-handed, +x the subject's left, +y up, +z out of the face",
@@ -64,6 +62,7 @@ def write_textures(folder, textures, masks):
     folder = Path(folder)
     faces = {"neutral": textures.neutral} | dict(zip(textures.key_names, textures.keys))
     exr.write_exr(folder / "face.exr", faces)
+    exr.write_exr(folder / "hair.exr", {"hair": textures.hair})
     exr.write_exr(folder / "gaze.exr", dict(zip(gaze_parts(textures), textures.gaze)))
     exr.write_exr(folder / "mouth.exr", dict(zip(mouth_parts(textures), textures.mouths)))
     coverage = {"source": textures.source, "facing": textures.facing}
@@ -93,6 +92,11 @@ def describe_textures(textures, masks):
             {"name": name, "part": name, "weights": sparse(weights)}
             for name, weights in zip(textures.key_names, textures.key_weights)
         ],
+        "hair": {
+            "file": "hair.exr",
+            "part": "hair",
+            "layout": "RGBA over the face texture, colour multiplied by alpha",
+        },
         "gaze": {
             "file": "gaze.exr",
             "parts": gaze_parts(textures),
@@ -132,76 +136,6 @@ def sparse(weights):
         EXPRESSIONS[index]: float(str(np.float32(weights[index])))
         for index in np.flatnonzero(weights)
     }
-
-
-def write_web(folder, textures, masks, side):
-    """Write small sRGB pictures for browsers; returns the manifest's table about them.
-
-    Args:
-        side: texels on a side of the face textures, at most.
-    """
-    folder = Path(folder)
-    table = {}
-    faces = {"neutral": textures.neutral} | dict(zip(textures.key_names, textures.keys))
-    for name, texture in faces.items():
-        path = f"web/{name}.webp"
-        picture = small_picture(texture, side)
-        write_bytes(folder / path, encode_image(picture, ".webp", WEB_QUALITY))
-        table[name] = {"file": path, "columns": 1, "rows": 1, "names": [name]}
-    share = min(1.0, side / textures.neutral.shape[0])
-    grids = {
-        "gaze": (_scaled(textures.gaze, share), gaze_parts(textures), ".webp"),
-        "mouths": (_scaled(textures.mouths, share), mouth_parts(textures), ".webp"),
-        "masks": ([_shrink(mask, 256) for mask in masks], list(EXPRESSIONS), ".png"),
-    }
-    for name, (pictures, names, kind) in grids.items():
-        columns = int(np.ceil(np.sqrt(len(pictures) * pictures[0].shape[0] / pictures[0].shape[1])))
-        encoded = [
-            to_encoded(picture) if picture.ndim == 3 else np.asarray(picture, np.float32)
-            for picture in (np.asarray(p, np.float32) for p in pictures)
-        ]
-        grid, rows = _grid(encoded, columns)
-        write_bytes(folder / f"web/{name}{kind}", encode_image(grid, kind, WEB_QUALITY))
-        table[name] = {
-            "file": f"web/{name}{kind}",
-            "columns": columns,
-            "rows": rows,
-            "names": names,
-        }
-    return table
-
-
-def small_picture(texture, side):
-    """A linear texture [T, T, 3] as an sRGB-encoded picture of at most `side` texels."""
-    return to_encoded(_shrink(np.asarray(texture, np.float32), side))
-
-
-def _shrink(picture, side):
-    if picture.shape[0] <= side:
-        return picture
-    return cv2.resize(picture, (side, side), interpolation=cv2.INTER_AREA)
-
-
-def _scaled(pictures, share):
-    """Pictures [n, h, w, 3] at a share of their size."""
-    if share == 1:
-        return pictures
-    return [
-        cv2.resize(
-            np.asarray(picture, np.float32), None, fx=share, fy=share, interpolation=cv2.INTER_AREA
-        )
-        for picture in pictures
-    ]
-
-
-def _grid(pictures, columns):
-    rows = -(-len(pictures) // columns)
-    height, width = pictures[0].shape[:2]
-    out = np.zeros((rows * height, columns * width) + pictures[0].shape[2:], np.float32)
-    for index, picture in enumerate(pictures):
-        top, left = index // columns * height, index % columns * width
-        out[top : top + height, left : left + width] = picture
-    return out, rows
 
 
 def write_manifest(folder, manifest):
@@ -283,6 +217,7 @@ def read_textures(folder, manifest):
     gaze = _parts(folder, manifest, "gaze.exr")
     mouths = _parts(folder, manifest, "mouth.exr")
     coverage = _parts(folder, manifest, "coverage.exr")
+    hair = _parts(folder, manifest, "hair.exr")
     masks = _parts(folder, manifest, "masks.exr")
     try:
         textures = Textures(
@@ -292,6 +227,7 @@ def read_textures(folder, manifest):
             key_weights=np.stack([dense(key["weights"]) for key in manifest["keys"]]),
             source=coverage["source"].astype(np.uint8),
             facing=coverage["facing"],
+            hair=hair["hair"],
             gaze=np.stack([gaze[part] for part in manifest["gaze"]["parts"]]),
             gaze_directions=np.array(manifest["gaze"]["directions"], np.float64),
             mouths=np.stack([mouths[part] for part in manifest["mouths"]["parts"]]),

@@ -20,6 +20,7 @@ NEEDED = (
     "face.exr",
     "masks.exr",
     "coverage.exr",
+    "hair.exr",
     "gaze.exr",
     "mouth.exr",
     "preview.png",
@@ -159,6 +160,7 @@ def _exr_problems(path, name, manifest):
     headers = {part.name: part for part in exr.read_header(path)}
     wanted, channels, color = {
         "face.exr": (["neutral", *(key["part"] for key in manifest["keys"])], "BGR", exr.LINEAR),
+        "hair.exr": ([manifest["hair"]["part"]], "ABGR", exr.LINEAR),
         "gaze.exr": (manifest["gaze"]["parts"], "BGR", exr.LINEAR),
         "mouth.exr": (manifest["mouths"]["parts"], "BGR", exr.LINEAR),
         "masks.exr": (

@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 
+from bakery.heads.eyes import CAP_ANGLE
 from bakery.stages.mask import key_activation
 
 
@@ -26,6 +27,12 @@ def face_texture(textures, masks, expression):
     return out
 
 
+def lay_hair(texture, hair):
+    """A face texture [T, T, 3] with the hair layer [T, T, 4] over it; both linear, float32."""
+    hair = np.asarray(hair, np.float32)
+    return texture * (1 - hair[..., 3:]) + hair[..., :3]
+
+
 def _enlarge(weight, size):
     if weight.shape[0] != size:
         weight = cv2.resize(weight, (size, size), interpolation=cv2.INTER_LINEAR)
@@ -35,3 +42,15 @@ def _enlarge(weight, size):
 def nearest_gaze(directions, gaze):
     """Index of the gaze texture whose direction [n, 2] degrees is nearest to gaze [2]."""
     return int(((np.asarray(directions) - gaze) ** 2).sum(1).argmin())
+
+
+def gaze_slide(rest):
+    """How far an eye cap's picture slides to look `rest` [2] degrees beyond its own direction.
+
+    The nearest of 20 pictures is up to several degrees off; its cap's chart is azimuthal, so that
+    sliding it turns the eye by the rest.
+
+    Returns:
+        [2] shares of the cap's rectangle, columns and rows.
+    """
+    return np.array([rest[0], -rest[1]]) / (2 * CAP_ANGLE)

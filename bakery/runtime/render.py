@@ -10,7 +10,7 @@ from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear, interpolate
 from bakery.heads.base import EYES, PARTS
-from bakery.runtime.blend import face_texture, nearest_gaze
+from bakery.runtime.blend import face_texture, gaze_slide, lay_hair, nearest_gaze
 from bakery.runtime.mouth import mouth_picture
 from bakery.stages.texture_mouth import mouth_landmarks
 
@@ -27,7 +27,7 @@ class Frame:
     face: np.ndarray  # [H, W] float32: share that shows skin the photo knows, eyes or mouth
 
 
-def draw(avatar, vertices, camera, expression, gaze, dynamic=True):
+def draw(avatar, vertices, camera, expression, gaze, dynamic=True, hair=True):
     """Draw a deformed avatar.
 
     Args:
@@ -37,6 +37,7 @@ def draw(avatar, vertices, camera, expression, gaze, dynamic=True):
         expression: [E] weights for eq. 4.
         gaze: [2] degrees.
         dynamic: False shows T_0 alone.
+        hair: False leaves the hair layer out.
 
     Returns:
         Frame.
@@ -44,6 +45,8 @@ def draw(avatar, vertices, camera, expression, gaze, dynamic=True):
     head, textures = avatar.head, avatar.textures
     still = np.zeros_like(expression)
     skin = face_texture(textures, avatar.masks, expression if dynamic else still)
+    if hair:
+        skin = lay_hair(skin, textures.hair)
     fine = cameras.crop(
         camera, 0, 0, camera.width * SAMPLES, camera.height * SAMPLES, float(SAMPLES)
     )
@@ -64,7 +67,9 @@ def draw(avatar, vertices, camera, expression, gaze, dynamic=True):
     carriers = {
         "mouth_sheet": mouth_picture(textures, mouth_landmarks(head, avatar.neutral, vertices))
     }
-    eyes = np.asarray(textures.gaze[nearest_gaze(textures.gaze_directions, gaze)], np.float32)
+    nearest = nearest_gaze(textures.gaze_directions, gaze)
+    eyes = np.asarray(textures.gaze[nearest], np.float32)
+    slide = gaze_slide(gaze - textures.gaze_directions[nearest])
     half = eyes.shape[1] // 2
     for which, eye in enumerate(EYES):
         carriers["eye_cap_" + eye] = np.ascontiguousarray(
@@ -75,9 +80,11 @@ def draw(avatar, vertices, camera, expression, gaze, dynamic=True):
         if mine.any():
             left, top, width, height = head.uv_rectangles[name]
             local = (uv[mine] - [left, top]) / [width, height]
+            if name != "mouth_sheet":
+                local = local - slide
             color[mine] = bilinear(picture, local * picture.shape[1::-1])
 
-    known = bilinear(_paintable(textures), uv * skin.shape[0]) * hit
+    known = bilinear(paintable(textures), uv * skin.shape[0]) * hit
     known = np.where(hit & (part != PARTS.index("skin")), 1, known)
     size = (camera.width, camera.height)
     color, alpha, face = (
@@ -87,7 +94,7 @@ def draw(avatar, vertices, camera, expression, gaze, dynamic=True):
     return Frame(color, alpha, face)
 
 
-def _paintable(textures):
+def paintable(textures):
     """Where skin comes from the photo [T, T] float32: only there it may cover the photo again."""
     known = np.isin(textures.source, (1, 2)).astype(np.float32)
     size = known.shape[0]

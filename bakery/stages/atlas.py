@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 
 from bakery.geometry.camera import project_camera, to_camera
+from bakery.geometry.fill import smoothstep
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
@@ -35,6 +36,14 @@ class Atlas:
             + values[self.corners[:, 1]] * weights[:, 1:2]
             + values[self.corners[:, 2]] * weights[:, 2:]
         )
+
+    def take(self, *parts):
+        """The atlas of the named parts alone."""
+        rows = self.rows(*parts)
+        return Atlas(
+            self.size, self.index[rows], self.face[rows], self.barycentric[rows],
+            self.corners[rows], self.part[rows],
+        )  # fmt: skip
 
     def paint(self, values, background=0):
         """Texel values [N, ...] as a picture [T, T, ...]."""
@@ -120,34 +129,44 @@ def make_view(vertices, head, camera, edge=2.5, hidden=CARRIERS):
     )
 
 
-def see(atlas, rows, view, grazing=80.0, full=50.0, tolerance=2.0):
-    """Where a camera sees texels and how well.
+@dataclass(frozen=True)
+class Sight:
+    """Where a camera sees the texels of an atlas, a row a texel."""
+
+    pixels: np.ndarray  # [N, 2] float32
+    cosine: np.ndarray  # [N] between normal and line of sight
+    visible: np.ndarray  # [N] float32 0..1: not hidden, not at a silhouette
+
+    def weight(self, grazing=80.0, full=50.0):
+        """How well a texel is seen [N] float32: 0 from `grazing` degrees on, 1 up to `full`."""
+        facing = smoothstep(np.cos(np.radians(grazing)), np.cos(np.radians(full)), self.cosine)
+        return (facing * self.visible).astype(np.float32)
+
+
+def see(atlas, view, tolerance=2.0):
+    """Look at every texel of an atlas through a View: Sight.
 
     Args:
-        rows: [n] rows of the atlas.
-        grazing, full: degrees between normal and sight: weight 0 from `grazing`, 1 up to `full`.
         tolerance: mm that a visible texel may lie behind the z-buffer.
-
-    Returns:
-        pixels [n, 2] and weight [n] float32 0..1.
     """
-    part = Atlas(
-        atlas.size, atlas.index[rows], atlas.face[rows], atlas.barycentric[rows],
-        atlas.corners[rows], atlas.part[rows],
-    )  # fmt: skip
-    points = part.at(view.points)
-    normals = part.at(view.normals)
+    points = atlas.at(view.points)
+    normals = atlas.at(view.normals)
     pixels = project_camera(points, view.camera).astype(np.float32)
     toward = -points / np.linalg.norm(points, axis=1, keepdims=True)
     cosine = (normals * toward).sum(1) / np.maximum(np.linalg.norm(normals, axis=1), 1e-6)
-    low, high = np.cos(np.radians(grazing)), np.cos(np.radians(full))
-    facing = np.clip((cosine - low) / (high - low), 0, 1)
-    facing = facing * facing * (3 - 2 * facing)
     x, y = pixels[:, 0], pixels[:, 1]
     inside = (x > 1) & (y > 1) & (x < view.camera.width - 1) & (y < view.camera.height - 1)
     column = np.clip(x.astype(int), 0, view.camera.width - 1)
     row = np.clip(y.astype(int), 0, view.camera.height - 1)
     slack = tolerance + 1.5 * np.sqrt(np.maximum(1 - cosine**2, 0)) / np.maximum(cosine, 0.1)
     seen = inside & (-points[:, 2] < view.nearest[row, column] + slack)
-    weight = facing * seen * bilinear(view.edge, pixels)
-    return pixels, weight.astype(np.float32)
+    return Sight(pixels, cosine, seen * bilinear(view.edge, pixels))
+
+
+def soften(weight, inside):
+    """Shrink and blur a weight [T, T] in the atlas so that no binary edge shows, keeping charts."""
+    size = max(3, weight.shape[0] // 256 | 1)
+    smallest = cv2.erode(np.where(inside > 0, weight, 1), np.ones((size, size), np.uint8))
+    blurred = cv2.GaussianBlur(smallest * inside, (0, 0), weight.shape[0] / 400)
+    mass = cv2.GaussianBlur(inside, (0, 0), weight.shape[0] / 400)
+    return np.clip(np.minimum(blurred / np.maximum(mass, 1e-3), smallest * 1.5), 0, 1) * inside

@@ -72,7 +72,7 @@ def manifest(baked, levels, web):
     Args:
         baked: Baked.
         levels: from `levels_of_detail`.
-        web: table of formats.bundle.write_web.
+        web: table of runtime.web.web_files.
     """
     head, photo, fit = baked.head, baked.photo, baked.fit
     textures, masks = baked.textures, baked.masks

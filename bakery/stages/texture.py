@@ -1,7 +1,7 @@
 """All textures of an avatar from one fitted photo: T_0, the keys, gaze and mouths."""
 
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import cv2
 import numpy as np
@@ -13,11 +13,13 @@ from bakery.geometry import rotation
 from bakery.geometry.color import to_linear
 from bakery.geometry.fill import diffuse
 from bakery.geometry.sample import bilinear
+from bakery.landmarks import FACE
 from bakery.stages.atlas import make_atlas, make_view, see
 from bakery.stages.condition import condition, face_camera
 from bakery.stages.texture_complete import PAINTED, complete_skin
 from bakery.stages.texture_eyes import eye_maps, paint_eyes
 from bakery.stages.texture_gaze import gaze_textures
+from bakery.stages.texture_hair import Cover, hair_layer
 from bakery.stages.texture_interior import paint_interior
 from bakery.stages.texture_lids import lid_skin
 from bakery.stages.texture_mouth import mouth_textures
@@ -47,28 +49,40 @@ class Targets:
     mouths: np.ndarray  # [M, E]
 
 
-def prepare(photo, landmarks, fit, neutral, head, skin_mask, resolution):
-    """Complete T_0 and the eyes of one person.
+@dataclass(frozen=True)
+class Prepared:
+    """One person before any expression is painted."""
+
+    subject: Subject
+    source: np.ndarray  # [T, T] uint8, codes of texture_complete
+    facing: np.ndarray  # [T, T] float32 0..1
+    hair: np.ndarray  # [T, T, 4] float32 linear, colour multiplied by alpha
+
+
+def prepare(photo, landmarks, fit, neutral, head, cover, resolution):
+    """Complete T_0, the eyes and the hair of one person.
 
     Args:
         photo: Photo.
         landmarks: Landmarks of the face in it.
         fit: Fit of the same photo.
         neutral: [V, 3] mm, the fitted neutral shape with its residual warp.
-        skin_mask: [H, W] float32 0..1, what may be unwrapped as skin.
+        cover: Cover of the photo.
         resolution: T.
 
     Returns:
-        Subject, source [T, T] uint8 and facing [T, T] float32.
+        Prepared.
     """
     atlas = make_atlas(head, resolution)
     vertices = head.vertices(neutral, fit.expression, fit.gaze)
-    image, mask, camera, corner, scale = _cut_out(photo, skin_mask, fit, head, vertices, resolution)
-    points = (landmarks.points - corner) * scale
-    local = replace(fit, camera=camera)
-    skin = complete_skin(image, mask, points, local, head, vertices, atlas)
+    image, cover, points, local = _cut_out(
+        photo, cover, landmarks.points, fit, head, vertices, resolution
+    )
+    on_skin = atlas.take("skin")
+    sight = see(on_skin, make_view(vertices, head, local.camera))
+    skin = complete_skin(image, cover.skin, points, local, head, vertices, on_skin, sight)
     blank = np.zeros((8, 8, 3), np.float32)
-    drawn = condition(head, neutral, blank, fit.expression, fit.gaze, camera)
+    drawn = condition(head, neutral, blank, fit.expression, fit.gaze, local.camera)
     eyes = eye_maps(image, points, local, head, vertices, drawn.part, drawn.depth, skin.tone)
     texture = skin.color.reshape(-1, 3)
     source = skin.source.reshape(-1)
@@ -83,47 +97,51 @@ def prepare(photo, landmarks, fit, neutral, head, skin_mask, resolution):
     texture = atlas.fill_gutter(texture.reshape(resolution, resolution, 3))
     lids = lid_skin(head, neutral, texture, atlas)
     turn = rotation.matrix(fit.camera.rotation)
-    subject = Subject(head, neutral, texture, eyes, lids, fit.light, turn)
-    return subject, source.reshape(resolution, resolution), skin.facing
+    return Prepared(
+        Subject(head, neutral, texture, eyes, lids, fit.light, turn),
+        source.reshape(resolution, resolution),
+        skin.facing,
+        atlas.fill_gutter(hair_layer(image, cover, head, on_skin, sight)),
+    )
 
 
-def _cut_out(photo, skin_mask, fit, head, vertices, resolution):
+def _cut_out(photo, cover, points, fit, head, vertices, resolution):
     """The head out of the photo, no finer than the atlas can hold.
 
     Returns:
-        linear image, mask, camera, corner [2] in the photo, pixels per photo pixel.
+        linear image, its Cover, landmarks [L, 2] and Fit, all in its own pixels.
     """
     pixels = cameras.project(vertices[head.part_vertices("skin")], fit.camera)
-    face = cameras.project(head.landmarks(vertices)[:468], fit.camera)
+    face = cameras.project(head.landmarks(vertices)[:FACE], fit.camera)
     low = np.maximum(np.floor(pixels.min(0)) - 8, 0)
     high = np.minimum(np.ceil(pixels.max(0)) + 8, [photo.encoded.shape[1], photo.encoded.shape[0]])
     # A face takes about half of the atlas's side; 1.2 pixels a texel lose nothing when sampled.
     scale = min(1.0, 1.2 * 0.55 * resolution / max(np.ptp(face[:, 1]), 1))
     x0, y0, x1, y1 = *low.astype(int), *high.astype(int)
     size = (max(int((x1 - x0) * scale), 8), max(int((y1 - y0) * scale), 8))
-    image, mask = photo.encoded[y0:y1, x0:x1], skin_mask[y0:y1, x0:x1]
-    linear = to_linear(image)
-    if scale < 1:
-        linear = cv2.resize(linear, size, interpolation=cv2.INTER_AREA)
-        mask = cv2.resize(mask, size, interpolation=cv2.INTER_AREA)
+
+    def shrink(part):
+        return cv2.resize(part, size, interpolation=cv2.INTER_AREA) if scale < 1 else part
+
+    linear = shrink(to_linear(photo.encoded[y0:y1, x0:x1]))
     camera = cameras.crop(fit.camera, x0, y0, linear.shape[1], linear.shape[0], scale)
-    return linear, mask.astype(np.float32), camera, np.array([x0, y0], float), scale
+    layers = Cover(*(shrink(getattr(cover, f.name)[y0:y1, x0:x1]) for f in fields(Cover)))
+    return linear, layers, (points - [x0, y0]) * scale, replace(fit, camera=camera)
 
 
-def key_ratio(subject, generator, fit, expression, views, atlas):
+def key_ratio(subject, generator, fit, expression, views, skin):
     """The change T_k / T_0 of one key expression on the skin, merged from several views.
 
     Args:
         expression: [E] weights of the key.
         views: degrees of yaw.
-        atlas: Atlas at the resolution of the ratio.
+        skin: Atlas of the skin at the resolution of the ratio.
 
     Returns:
         log-ratio [T, T, 3], colour [T, T, 3] and alpha [T, T] float32.
     """
-    rows = np.flatnonzero(atlas.rows("skin"))
-    total = np.zeros((len(rows), 7), np.float32)
-    mass = np.zeros(len(rows), np.float32)
+    total = np.zeros((len(skin.index), 7), np.float32)
+    mass = np.zeros(len(skin.index), np.float32)
     for yaw in views:
         camera = face_camera(fit, subject.head, subject.neutral, yaw)
         seen = condition(
@@ -131,26 +149,20 @@ def key_ratio(subject, generator, fit, expression, views, atlas):
         )
         made = generator.generate(subject, seen)
         view = make_view(seen.vertices, subject.head, camera)
-        pixels, weight = see(atlas, rows, view)
-        skin = cv2.erode(is_part(seen.part, "skin").astype(np.float32), np.ones((3, 3)))
-        weight *= bilinear(skin, pixels)
+        sight = see(skin, view)
+        drawn = cv2.erode(is_part(seen.part, "skin").astype(np.float32), np.ones((3, 3)))
+        weight = sight.weight() * bilinear(drawn, sight.pixels)
         packed = np.concatenate(
             [np.log(np.maximum(made.ratio, 1e-3)), made.color, made.alpha[..., None]], -1
         )
-        total += weight[:, None] * sample_many(packed, pixels)
+        total += weight[:, None] * sample_many(packed, sight.pixels)
         mass += weight
     known = np.minimum(mass, 1)
     merged = total / np.maximum(mass, 1e-6)[:, None]
-
-    def picture(values):
-        flat = np.zeros((atlas.size**2,) + values.shape[1:], np.float32)
-        flat[atlas.index[rows]] = values
-        return flat.reshape((atlas.size, atlas.size) + values.shape[1:])
-
-    weight = picture(known)
+    weight = skin.paint(known)
     # What no view sees did not change: a faint opinion held everywhere that diffusion respects.
-    ratio = diffuse(picture(merged[:, :3] * known[:, None]), np.maximum(weight, 0.01))
-    return ratio, picture(merged[:, 3:6]), picture(merged[:, 6] * known)
+    ratio = diffuse(skin.paint(merged[:, :3] * known[:, None]), np.maximum(weight, 0.01))
+    return ratio, skin.paint(merged[:, 3:6]), skin.paint(merged[:, 6] * known)
 
 
 def sample_many(image, points):
@@ -166,7 +178,7 @@ def sample_many(image, points):
 
 def key_textures(subject, generator, fit, targets, options):
     """Yield T_k [T, T, 3] float16 of each key expression."""
-    atlas = make_atlas(subject.head, min(options.resolution, RATIO_TEXELS))
+    atlas = make_atlas(subject.head, min(options.resolution, RATIO_TEXELS)).take("skin")
     size = (options.resolution, options.resolution)
     for weights in targets.key_weights:
         ratio, color, alpha = key_ratio(subject, generator, fit, weights, options.views, atlas)
@@ -189,15 +201,13 @@ def with_own_gaze(directions, gaze):
     return out
 
 
-def bake(
-    photo, landmarks, fit, neutral, head, skin_mask, generator, targets, options, progress=None
-):
+def bake(photo, landmarks, fit, neutral, head, cover, generator, targets, options, progress=None):
     """Paint every texture of the avatar.
 
     Args:
         photo, landmarks, fit: the portrait and what was found in it.
         neutral: [V, 3] mm, fitted neutral shape with its residual warp.
-        skin_mask: [H, W] float32, from `segment`.
+        cover: Cover of the photo.
         generator: generators.base.Generator.
         targets: Targets.
         options: TextureOptions.
@@ -208,9 +218,8 @@ def bake(
     """
     say = progress or (lambda word: None)
     say("neutral")
-    subject, source, facing = prepare(
-        photo, landmarks, fit, neutral, head, skin_mask, options.resolution
-    )
+    prepared = prepare(photo, landmarks, fit, neutral, head, cover, options.resolution)
+    subject = prepared.subject
     keys = []
     for name, texture in zip(
         targets.key_names, key_textures(subject, generator, fit, targets, options)
@@ -235,8 +244,9 @@ def bake(
         keys=np.stack(keys),
         key_names=targets.key_names,
         key_weights=targets.key_weights,
-        source=source,
-        facing=facing.astype(np.float16),
+        source=prepared.source,
+        facing=prepared.facing.astype(np.float16),
+        hair=prepared.hair.astype(np.float16),
         gaze=np.stack(gaze),
         gaze_directions=directions,
         mouths=np.stack(mouths),

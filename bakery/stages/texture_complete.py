@@ -11,20 +11,10 @@ from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.noise import value_noise
 from bakery.geometry.sample import bilinear
-from bakery.stages.atlas import make_view, see
+from bakery.landmarks import EYES, LIPS_INNER, OVAL
+from bakery.stages.atlas import soften
 
-LIDS = (
-    (263, 249, 390, 373, 374, 380, 381, 382, 362, 398, 384, 385, 386, 387, 388, 466),
-    (33, 7, 163, 144, 145, 153, 154, 155, 133, 173, 157, 158, 159, 160, 161, 246),
-)
-LIPS = (78, 191, 80, 81, 82, 13, 312, 311, 310, 415, 308, 324, 318, 402, 317, 14, 87, 178, 88, 95)
-OVAL = (
-    10, 338, 297, 332, 284, 251, 389, 356, 454, 323, 361, 288, 397, 365, 379, 378, 400, 377, 152,
-    148, 176, 149, 150, 136, 172, 58, 132, 93, 234, 127, 162, 21, 54, 103, 67, 109,
-)  # fmt: skip
 OBSERVED, MIRRORED, INFERRED, PAINTED = 1, 2, 3, 4  # codes of coverage.exr; 0 is outside all charts
-SKIN = ("skin",)
-HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
 FAR_TONE = 0.003  # how strongly unseen skin leans to the median of the face, against its borders
 MUCOSA = np.array([0.92, 0.66, 0.68], np.float32)  # wet inside of the lips over their outside
 GRAIN_WAVELENGTHS = (0.9, 1.8, 3.6)  # mm; pores to small blotches
@@ -64,28 +54,14 @@ def rims(points, shape):
     lash line, the line of the mouth.
     """
     out = np.zeros(shape, np.float32)
-    for ring, band in ((LIDS[0], 0.07), (LIDS[1], 0.07), (LIPS, 0.05)):
-        curve = points[list(ring)]
+    for ring, band in ((EYES[0], 0.07), (EYES[1], 0.07), (LIPS_INNER, 0.05)):
+        curve = points[ring]
         width = np.ptp(curve[:, 0])
         line = np.ones(shape, np.uint8)
         cv2.polylines(line, [np.round(curve * 16).astype(np.int32)], True, 0, shift=4)
         away = cv2.distanceTransform(line, cv2.DIST_L2, 3)
         out = np.maximum(out, smoothstep(band * width, 0.5 * band * width, away))
     return out.astype(np.float32)
-
-
-def clear_of_hair(skin, hair, points):
-    """The skin mask without the strip along the hair, where its shadow and loose strands lie.
-
-    Without it a dark line along the hairline stays on the bald head (PITFALLS 10).
-
-    Args:
-        skin: [H, W] float32 0..1; hair: [H, W] boolean, from `segment`.
-        points: [L, 2] pixels.
-    """
-    size = np.linalg.norm(points[33] - points[263])  # outer eye corners
-    away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 3) / size
-    return (skin * smoothstep(*HAIR_STRIP, away)).astype(np.float32)
 
 
 def open_lids(skin_mask, points):
@@ -98,8 +74,8 @@ def open_lids(skin_mask, points):
         points: [L, 2] pixels.
     """
     out = skin_mask.copy()
-    for lids in LIDS:
-        ring = points[list(lids)]
+    for lids in EYES:
+        ring = points[lids]
         width = np.ptp(ring[:, 0])
         eye = np.zeros(out.shape, np.uint8)
         cv2.fillPoly(eye, [np.round(ring * 16).astype(np.int32)], 1, shift=4)
@@ -109,7 +85,7 @@ def open_lids(skin_mask, points):
     return out
 
 
-def complete_skin(linear, skin_mask, points, fit, head, vertices, atlas):
+def complete_skin(linear, skin_mask, points, fit, head, vertices, atlas, sight):
     """Unwrap the photo and fill what it does not show.
 
     Args:
@@ -118,35 +94,31 @@ def complete_skin(linear, skin_mask, points, fit, head, vertices, atlas):
         points: [L, 2] pixels, landmarks of the photo.
         fit: Fit of the photo.
         vertices: [V, 3] mm, the shape as it stands in the photo.
-        atlas: Atlas of the head.
+        atlas: Atlas of the head's skin.
+        sight: Sight of that atlas through the photo's camera.
 
     Returns:
         SkinTexture.
     """
-    rows = np.flatnonzero(atlas.rows(*SKIN))
-    view = make_view(vertices, head, fit.camera)
+    pixels = sight.pixels
     # There is no second view that could know better, so even slanting skin counts.
-    pixels, weight = see(atlas, rows, view, grazing=86.0, full=70.0)
-    _, turned = see(atlas, rows, view, grazing=89.5, full=80.0)
+    weight = sight.weight(grazing=86.0, full=70.0)
+    turned = sight.weight(grazing=89.5, full=80.0)
     weight = np.maximum(weight, turned * bilinear(rims(points, linear.shape[:2]), pixels))
     weight *= smoothstep(0.5, 0.95, bilinear(open_lids(skin_mask, points), pixels))
     color = bilinear(linear, pixels)
 
     # Light is taken out before anything is continued across the head, and put back at the end.
     turn = rotation.matrix(fit.camera.rotation)
-    normals = atlas.at(vertex_normals(vertices, head.faces) @ turn.T)[rows]
+    normals = atlas.at(vertex_normals(vertices, head.faces) @ turn.T)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
     shade = shading(normals, fit.light)
     albedo = reflectance(color, shade)
 
-    def picture(values):
-        flat = np.zeros((atlas.size * atlas.size,) + values.shape[1:], np.float32)
-        flat[atlas.index[rows]] = values
-        return flat.reshape((atlas.size, atlas.size) + values.shape[1:])
-
-    seen = soften(picture(weight), picture(np.ones(len(rows))))
-    observed = picture(albedo)
-    well = (seen > 0.9).reshape(-1)[atlas.index[rows]]
+    on_skin = atlas.paint(np.ones(len(pixels), np.float32))
+    seen = soften(atlas.paint(weight), on_skin)
+    observed = atlas.paint(albedo)
+    well = (seen > 0.9).reshape(-1)[atlas.index]
     tone = np.median(albedo[well], 0) if well.any() else np.full(3, 0.3, np.float32)
 
     # The other half of the face stands in where it was seen and this one was not.
@@ -166,46 +138,34 @@ def complete_skin(linear, skin_mask, points, fit, head, vertices, atlas):
     rim = atlas.size // 100 | 1  # borders of what was seen are the least sure: hair, halo, glare
     firm = (known > 0.8).astype(np.float32)
     # Well within the contour, edges are lids and lips, and as good as their middle.
-    # Well within the contour, edges are lids and lips, and as good as their middle.
     inner = cv2.erode(firm, np.ones((3, 3), np.uint8)) * uv_polygon(head, OVAL, 0.8, atlas.size)
     trusted = np.maximum(cv2.erode(firm, np.ones((rim, rim), np.uint8)), inner)
-    anchored = np.maximum(trusted, FAR_TONE * picture(np.ones(len(rows))))
+    anchored = np.maximum(trusted, FAR_TONE * on_skin)
     values = np.where(trusted[..., None] > 0, low, tone)
     base = diffuse(values, anchored)
-    grain = grain_like(
-        joined, trusted * picture(np.ones(len(rows))), vertices, atlas, rows, picture
+    grain = grain_like(joined, trusted * on_skin, vertices, atlas)
+    inner_lips = cv2.GaussianBlur(
+        uv_polygon(head, LIPS_INNER, 1.0, atlas.size), (0, 0), atlas.size / 300
     )
-    inner_lips = cv2.GaussianBlur(uv_polygon(head, LIPS, 1.0, atlas.size), (0, 0), atlas.size / 300)
     mucosa = 1 - (1 - MUCOSA) * inner_lips[..., None]
     inferred = base * mucosa * np.exp(grain)[..., None]
     cover = np.clip(known, 0, 1)[..., None]
     albedo_full = joined * cover + inferred * (1 - cover)
 
-    lit = albedo_full * np.where(picture(shade) > 0, picture(shade), 1)
-    on_skin = picture(np.ones(len(rows))) > 0
+    lit = albedo_full * np.where(on_skin[..., None] > 0, atlas.paint(shade), 1)
     source = np.select(
-        [~on_skin, seen >= 0.5, known >= 0.5], [0, OBSERVED, MIRRORED], INFERRED
+        [on_skin == 0, seen >= 0.5, known >= 0.5], [0, OBSERVED, MIRRORED], INFERRED
     ).astype(np.uint8)
-    return SkinTexture(lit, source, np.where(on_skin, seen, 0).astype(np.float32), tone)
+    return SkinTexture(lit, source, (seen * on_skin).astype(np.float32), tone)
 
 
 def uv_polygon(head, ring, scale, size):
     """1 inside a ring of landmarks in the atlas [T, T] float32, scaled about its middle."""
-    uv = head.uv[head.uv_faces[head.landmark_faces]]
-    places = np.einsum("lkc,lk->lc", uv, head.landmark_barycentric)[list(ring)] * size
+    places = head.landmark_uv()[ring] * size
     places = places.mean(0) + scale * (places - places.mean(0))
     mask = np.zeros((size, size), np.float32)
     cv2.fillPoly(mask, [np.round(places).astype(np.int32)], 1)
     return mask
-
-
-def soften(weight, inside):
-    """Shrink and blur a weight [T, T] in the atlas so that no binary edge shows, keeping charts."""
-    size = max(3, weight.shape[0] // 256 | 1)
-    smallest = cv2.erode(np.where(inside > 0, weight, 1), np.ones((size, size), np.uint8))
-    blurred = cv2.GaussianBlur(smallest * inside, (0, 0), weight.shape[0] / 400)
-    mass = cv2.GaussianBlur(inside, (0, 0), weight.shape[0] / 400)
-    return np.clip(np.minimum(blurred / np.maximum(mass, 1e-3), smallest * 1.5), 0, 1) * inside
 
 
 def log_ratio(a, b):
@@ -213,12 +173,12 @@ def log_ratio(a, b):
     return np.clip(np.log(np.maximum(a, 1e-3)) - np.log(np.maximum(b, 1e-3)), -0.7, 0.7)
 
 
-def grain_like(albedo, weight, vertices, atlas, rows, picture):
+def grain_like(albedo, weight, vertices, atlas):
     """Noise [T, T] (log luminance) with the band energies of the skin that was seen."""
     luminance = np.log(np.maximum(albedo @ LUMA, 1e-3))
-    noise = np.zeros(len(rows), np.float32)
-    points = atlas.at(vertices)[rows]
-    spacing = texel_spacing(points, atlas, rows, picture, weight)
+    points = atlas.at(vertices)
+    noise = np.zeros(len(points), np.float32)
+    spacing = texel_spacing(atlas.paint(points), weight)
     for octave, wavelength in enumerate(GRAIN_WAVELENGTHS):
         sigma = max(0.35 * wavelength / spacing, 0.5)
         fine = normalized_blur(luminance, weight, sigma)
@@ -227,7 +187,7 @@ def grain_like(albedo, weight, vertices, atlas, rows, picture):
         # Median, not mean: brows, nostrils and moles are not grain.
         energy = np.median(np.abs(fine - coarse)[inner]) / 0.6745 if inner.any() else 0.01
         noise += np.float32(min(energy, 0.05)) * value_noise(points, wavelength, octave)
-    return picture(noise)
+    return atlas.paint(noise)
 
 
 def normalized_blur(values, weight, sigma):
@@ -236,9 +196,8 @@ def normalized_blur(values, weight, sigma):
     return total / np.maximum(cv2.GaussianBlur(weight, (0, 0), sigma), 1e-3)
 
 
-def texel_spacing(points, atlas, rows, picture, weight):
-    """Median distance of neighbouring texels on the well-seen skin, mm."""
-    position = picture(points)
+def texel_spacing(position, weight):
+    """Median distance of neighbouring texels [T, T, 3] on the well-seen skin, mm."""
     step = np.linalg.norm(np.diff(position, axis=1), axis=2)
     both = np.minimum(weight[:, 1:], weight[:, :-1]) > 0.9
     return float(np.median(step[both])) if both.any() else 0.3

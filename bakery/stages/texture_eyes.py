@@ -11,10 +11,9 @@ from bakery.geometry.color import LUMA
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import FOLLOW
-from bakery.stages.texture_complete import LIDS
+from bakery.landmarks import EYES, LEFT_IRIS, RIGHT_IRIS
 
 MAP = 256  # pixels a side; one is 0.8 degrees, 0.16 mm on the ball
-IRISES = ((473, 474, 475, 476, 477), (468, 469, 470, 471, 472))
 IRIS_MM = (5.3, 6.5)  # plausible radius of an adult iris; the mean is 5.85
 SCLERA_OVER_SKIN = 1.35  # luminance, when no sclera can be seen
 
@@ -45,7 +44,7 @@ def _one_eye(linear, points, fit, vertices, head, eye, shade, skin_tone):
     radius = float(np.median(np.linalg.norm(ball - center, axis=1)))
     camera = fit.camera
     distance = -to_camera(center, camera)[2]
-    lids, iris = points[list(LIDS[eye])], points[list(IRISES[eye])]
+    lids, iris = points[EYES[eye]], points[(LEFT_IRIS, RIGHT_IRIS)[eye]]
     iris_pixels = np.linalg.norm(iris[1:] - iris[0], axis=1).mean()
     iris_mm = float(np.clip(iris_pixels * (distance - radius) / camera.focal, *IRIS_MM))
     iris_angle = np.degrees(np.arcsin(min(iris_mm / radius, 0.7)))

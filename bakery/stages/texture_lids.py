@@ -6,13 +6,10 @@ import numpy as np
 from bakery.generators.lids import LidSkin
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.noise import value_noise
+from bakery.landmarks import LIDS_LOWER, LIDS_UPPER
 
-# The upper lid of the 478-point order from the outer to the inner corner: its margin, the ring of
-# points above it and the next ring, left eye first.
-MARGIN = (
-    (263, 466, 388, 387, 386, 385, 384, 398, 362),
-    (33, 246, 161, 160, 159, 158, 157, 173, 133),
-)
+# Rings of points around the lids from the outer to the inner corner, left eye first: the first and
+# the second above the upper margin, the second below the lower one.
 FOLD = (
     (359, 467, 260, 259, 257, 258, 286, 414, 463),
     (130, 247, 30, 29, 27, 28, 56, 190, 243),
@@ -20,10 +17,6 @@ FOLD = (
 ABOVE = (
     (446, 342, 445, 444, 443, 442, 441, 413, 464),
     (226, 113, 225, 224, 223, 222, 221, 189, 244),
-)
-LOWER = (
-    (263, 249, 390, 373, 374, 380, 381, 382, 362),
-    (33, 7, 163, 144, 145, 153, 154, 155, 133),
 )
 BELOW = (
     (446, 261, 448, 449, 450, 451, 452, 453, 464),
@@ -48,12 +41,12 @@ def lid_skin(head, neutral, texture, atlas):
     """
     size = min(texture.shape[0], TEXELS)
     small = cv2.resize(texture, (size, size), interpolation=cv2.INTER_AREA)
-    places = landmark_texels(head, size)
+    places = head.landmark_uv() * size
     masks, unknown = [], np.zeros((size, size), np.float32)
     line = np.ones((size, size), np.uint8)
     for eye in range(2):
         top = 0.45 * places[list(FOLD[eye])] + 0.55 * places[list(ABOVE[eye])]
-        margin, lower = places[list(MARGIN[eye])], places[list(LOWER[eye])]
+        margin, lower = places[LIDS_UPPER[eye]], places[LIDS_LOWER[eye]]
         masks.append(_polygon(margin, top, size))
         unknown = np.maximum(unknown, masks[-1])
         unknown = np.maximum(unknown, _polygon(margin, lower, size))
@@ -81,12 +74,6 @@ def lid_skin(head, neutral, texture, atlas):
     color = color * (1 - (1 - LASHES) * lashes)[..., None]
     soft = [cv2.GaussianBlur(mask, (0, 0), size / 250) for mask in masks]
     return LidSkin(color.astype(np.float32), np.stack(soft, -1))
-
-
-def landmark_texels(head, size):
-    """Where the landmarks lie in an atlas of `size` texels a side: [L, 2]."""
-    uv = head.uv[head.uv_faces[head.landmark_faces]]
-    return np.einsum("lkc,lk->lc", uv, head.landmark_barycentric) * size
 
 
 def _polygon(lower, upper, size):

@@ -19,6 +19,11 @@ def atlas(head):
     return make_atlas(head, 256)
 
 
+@pytest.fixture(scope="module")
+def skin(atlas):
+    return atlas.take("skin")
+
+
 def test_texels_lie_where_their_uv_says(head, atlas):
     """Interpolating uv itself over the atlas gives each texel's own centre."""
     row, column = np.divmod(atlas.index, atlas.size)
@@ -27,24 +32,21 @@ def test_texels_lie_where_their_uv_says(head, atlas):
     np.testing.assert_allclose(uv * atlas.size, np.stack([column, row], 1) + 0.5, atol=1e-3)
 
 
-def test_a_picture_of_positions_unwraps_to_the_projection(head, atlas):
+def test_a_picture_of_positions_unwraps_to_the_projection(head, skin):
     """A photo whose colour is its pixel position comes back as the projected surface point."""
     y, x = np.mgrid[:512, :512] + 0.5
     photo = np.stack([x, y, 0 * x], -1).astype(np.float32)
-    rows = np.flatnonzero(atlas.rows("skin"))
-    view = make_view(head.mean, head, FRONT)
-    pixels, weight = see(atlas, rows, view)
-    seen = weight > 0.9
+    sight = see(skin, make_view(head.mean, head, FRONT))
+    seen = sight.weight() > 0.9
     assert seen.sum() > 2000
-    want = project(atlas.at(head.mean)[rows][seen].astype(float), FRONT)
+    want = project(skin.at(head.mean)[seen].astype(float), FRONT)
     # Bilinear sampling of a linear ramp is exact; remap's fixed-point weights are 1/32 of a pixel.
-    np.testing.assert_allclose(bilinear(photo, pixels)[seen, :2], want, atol=0.05)
+    np.testing.assert_allclose(bilinear(photo, sight.pixels)[seen, :2], want, atol=0.05)
 
 
-def test_only_the_near_side_is_seen(head, atlas):
-    rows = np.flatnonzero(atlas.rows("skin"))
-    _, weight = see(atlas, rows, make_view(head.mean, head, FRONT))
-    points = atlas.at(head.mean)[rows]
+def test_only_the_near_side_is_seen(head, skin):
+    weight = see(skin, make_view(head.mean, head, FRONT)).weight()
+    points = skin.at(head.mean)
     behind = points[:, 2] < points[:, 2].min() + 40  # mm: the back of the head
     assert behind.any() and weight[behind].max() == 0
     nose = np.linalg.norm(points - head.landmarks(head.mean)[4], axis=1) < 6

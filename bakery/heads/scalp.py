@@ -1,0 +1,61 @@
+"""Where hair grows on a head, before any photo is looked at."""
+
+import cv2
+import numpy as np
+
+from bakery.geometry.sample import bilinear
+
+RADIUS = 85.0  # mm, of the cylinder around the mean head that is unrolled
+BROW, EYE, TOP = 293, 263, 10  # landmarks: end of the left brow, its outer eye corner, hairline
+SOFT = 5.0  # mm, of the hairline's blur
+MARGIN = 25.0  # mm that the chart goes on beyond both its ends, more than the blur reaches
+
+
+def scalp(head):
+    """Share [V] float32 0..1 of the scalp at each vertex: above the hairline, around the ears.
+
+    The line is drawn on the mean head unrolled to a cylinder and placed by landmarks and ears, both
+    sides alike.
+    """
+    skin = head.mean[head.part_vertices("skin")]
+    upper = skin[skin[:, 1] > 20]
+    axis = float((upper[:, 2].min() + upper[:, 2].max()) / 2)
+
+    def unroll(points):
+        across = np.arctan2(np.abs(points[..., 0]), points[..., 2] - axis) * RADIUS
+        return np.stack([across, points[..., 1]], -1)
+
+    marks = unroll(head.landmarks(head.mean))
+    top, brow, eye = marks[TOP, 1], marks[BROW, 1], marks[EYE, 1]
+    front, behind, low, high = _ear(skin, axis, unroll)
+    back, peak = np.pi * RADIUS + MARGIN, skin[:, 1].max() + MARGIN
+    line = [
+        [-MARGIN, top + 9], [16, top + 7], [32, top + 3], [48, top - 6], [63, top - 18],
+        [77, brow + 4], [front - 24, brow - 8], [front - 18, eye - 4], [front - 4, eye - 14],
+        [front + 1, high - 1], [front + 12, high + 6], [front + 30, high + 5],
+        [behind + 2, high - 8], [behind + 5, low + 12], [behind + 22, low - 12],
+        [back, low - 18], [back, peak], [-MARGIN, peak],
+    ]  # fmt: skip
+    corner = np.array([-MARGIN, skin[:, 1].min() - MARGIN])
+    width, height = (np.array([back, peak]) - corner).astype(int)
+    chart = np.zeros((height, width), np.float32)
+    cv2.fillPoly(chart, [np.round(np.array(line) - corner).astype(np.int32)], 1)
+    chart = cv2.GaussianBlur(chart, (0, 0), SOFT)
+    places = unroll(head.mean)
+    across = (places[:, 0] - (front + behind) / 2) / ((behind - front) / 2 + 2)
+    up = (places[:, 1] - (low + high) / 2) / ((high - low) / 2 + 3)
+    ear = np.abs(across) ** 8 + np.abs(up) ** 8 < 1
+    share = np.clip(2 * bilinear(chart, (places - corner).astype(np.float32)) - 0.5, 0, 1)
+    return np.where(ear, 0, share).astype(np.float32)
+
+
+def _ear(skin, axis, unroll):
+    """The left ear on the unrolled head: nearest and farthest across, lowest and highest, mm.
+
+    Ears are what stands further out than the skull above them.
+    """
+    side = skin[(skin[:, 1] > -70) & (skin[:, 1] < 40)]
+    tip = side[side[:, 0].argmax()]
+    above = skin[(skin[:, 1] > tip[1] + 22) & (skin[:, 1] < tip[1] + 45)]
+    ear = unroll(side[(side[:, 0] > above[:, 0].max() + 2.5) & (side[:, 2] < axis + 25)])
+    return ear[:, 0].min(), ear[:, 0].max(), ear[:, 1].min(), ear[:, 1].max()

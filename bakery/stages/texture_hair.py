@@ -1,0 +1,127 @@
+"""Hair as a layer of its own over the skin: the photo's where it shows any, continued over the scalp."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from bakery.geometry.color import LUMA
+from bakery.geometry.fill import diffuse, smoothstep
+from bakery.geometry.noise import value_noise
+from bakery.geometry.sample import bilinear
+from bakery.heads.scalp import scalp
+from bakery.landmarks import face_size
+from bakery.stages.atlas import soften
+from bakery.stages.segment import HAIR, SKIN
+
+HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
+LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
+ON_SCALP = (89.0, 82.0)  # degrees: the photo says nothing beyond the first, all below the second
+ON_SKIN = (86.0, 76.0)  # the same off the scalp, where hair hangs before the skin, not on it
+BARE = (83.0, 70.0)  # the same for the strip of skin beside hair, which darkens towards its edge
+CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
+
+
+@dataclass(frozen=True)
+class Cover:
+    """What of a photo goes onto the head: three layers [H, W] float32 0..1."""
+
+    skin: np.ndarray  # may be unwrapped as skin
+    hair: np.ndarray
+    strip: np.ndarray  # skin too near to hair to be taken as such; shown together with the hair
+
+
+def cover_of(segmentation, points):
+    """Divide a photo into skin, hair and the strip between them.
+
+    Along the hair lie its shadow and loose strands. Left in the skin they are a dark line along the
+    hairline of the bald head (PITFALLS 10).
+
+    Args:
+        segmentation: of the photo.
+        points: [L, 2] pixels.
+    """
+    hair = segmentation.labels == HAIR
+    away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
+    near = smoothstep(*HAIR_STRIP, away) if hair.any() else np.ones(hair.shape)
+    strip = (1 - near) * (segmentation.labels == SKIN)
+    return Cover(
+        (segmentation.skin * near).astype(np.float32),
+        hair.astype(np.float32),
+        strip.astype(np.float32),
+    )
+
+
+def hair_layer(linear, cover, head, atlas, sight):
+    """What lies over the skin of the head.
+
+    Args:
+        linear: [H, W, 3] float32 photo.
+        cover: Cover of the photo.
+        atlas: Atlas of the head's skin.
+        sight: Sight of that atlas through the photo's camera.
+
+    Returns:
+        [T, T, 4] float32, linear, colour multiplied by alpha.
+    """
+    pixels = sight.pixels
+    inside = atlas.paint(np.ones(len(pixels), np.float32))
+    growth = atlas.paint(atlas.at(scalp(head)[:, None])[:, 0])
+    here, bare, edge = (bilinear(m, pixels) for m in (cover.hair, cover.skin, cover.strip))
+    # Background that a skull too large shows is no proof of a bald head.
+    proof = smoothstep(0.3, 0.9, here + edge + bare)
+    on_scalp, on_skin, on_bare = (
+        soften(atlas.paint(sight.weight(*limits) * proof), inside)
+        for limits in (ON_SCALP, ON_SKIN, BARE)
+    )
+    seen = on_skin + growth * (on_scalp - on_skin)
+    color = atlas.paint(bilinear(linear, pixels))
+    here, edge = atlas.paint(here), atlas.paint(edge)
+    shown = np.clip(seen * here + on_bare * edge, 0, 1)
+
+    lock = here * seen
+    if lock.sum() < 1e-4 * len(pixels):
+        return np.concatenate([color, np.ones_like(color[..., :1])], -1) * shown[..., None]
+    # Unseen scalp has hair if the scalp that was seen nearest to it has: thin hair stays thin.
+    grown = diffuse(here[..., None], np.minimum(on_scalp, growth + 0.02))
+    unseen = (1 - seen) * growth * smoothstep(0.35, 0.65, both_sides(grown, seen))[..., 0]
+    sure = cv2.erode((lock > 0.9).astype(np.float32), np.ones((5, 5), np.uint8)) * growth
+    dark = np.log(np.maximum(color, 1e-3))  # dark hair stays dark beside its highlights
+    smooth = np.exp(both_sides(diffuse(dark, sure if sure.any() else lock), seen))
+    made = smooth * np.exp(atlas.paint(_locks(head, atlas, color, sure)))[..., None]
+    return np.concatenate(
+        [
+            color * shown[..., None] + made * unseen[..., None],
+            (shown + unseen)[..., None],
+        ],
+        -1,
+    )
+
+
+def both_sides(values, seen):
+    """Values [T, T, C] that agree with their mirror image where neither side was seen.
+
+    What is continued around the head from left and right meets at the back without a seam.
+    """
+    far = 1 - cv2.GaussianBlur(np.maximum(seen, seen[:, ::-1]), (0, 0), seen.shape[0] / 40)
+    middle = (values + values[:, ::-1]) / 2
+    return values + far[..., None] * (middle - values)
+
+
+def _locks(head, atlas, color, sure):
+    """Log-brightness [n] of locks that run down from the crown, as strong as those in the photo."""
+    points = atlas.at(head.mean)
+    out = points - [0.0, points[:, 1].max() - 95, points[:, 2].mean()]
+    radius = np.linalg.norm(out, axis=1)
+    down = np.arccos(np.clip(out @ CROWN / radius, -1, 1))
+    around = np.arctan2(out[:, 0], -out[:, 1] * CROWN[2] + out[:, 2] * CROWN[1])
+    ring = radius * np.sin(np.clip(down, 0.3, np.pi))
+    width, length = LOCK
+    places = np.stack(
+        [np.cos(around) * ring / width, np.sin(around) * ring / width, down * radius / length], 1
+    )
+    gray = np.log(np.maximum(color @ LUMA, 1e-3))
+    fine = gray - cv2.GaussianBlur(gray, (0, 0), 4)
+    inner = cv2.erode(sure, np.ones((9, 9), np.uint8)) > 0
+    energy = min(float(np.std(fine[inner])), 0.5) if inner.any() else 0.1
+    return np.float32(energy) * value_noise(places, 1.0, 7)

@@ -1,0 +1,109 @@
+"""Hair: what of a photo is hair, and the layer over the skin."""
+
+import numpy as np
+import pytest
+
+from bakery.geometry.sample import bilinear
+from bakery.heads.scalp import scalp
+from bakery.landmarks import FACE
+from bakery.stages.atlas import make_atlas, make_view, see
+from bakery.stages.segment import BACKGROUND, HAIR, SKIN, Segmentation
+from bakery.stages.texture_hair import Cover, cover_of, hair_layer
+from bakery.types import Camera
+
+FRONT = Camera(
+    2000.0, np.array([256.0, 256.0]), np.zeros(3), np.array([0.0, 20.0, -1500.0]), 512, 512
+)
+BROWN = np.array([0.1, 0.06, 0.03], np.float32)
+
+
+def points_with_eyes(gap=100.0):
+    points = np.zeros((478, 2))
+    points[33], points[263] = (50.0, 100.0), (50.0 + gap, 100.0)
+    return points
+
+
+def test_skin_keeps_clear_of_hair_and_the_strip_takes_the_rest():
+    """Seven pixels from hair nothing is taken, thirteen away all is: 100 pixels between the eyes."""
+    labels = np.full((40, 60), SKIN, np.uint8)
+    labels[:, :10], labels[30:] = HAIR, BACKGROUND
+    skin = (labels == SKIN).astype(np.float32)
+    cover = cover_of(Segmentation(labels, skin), points_with_eyes())
+    assert cover.skin[20, 10:16].max() == 0
+    assert cover.skin[20, 24:].min() == 1
+    assert (np.diff(cover.skin[20]) >= 0).all()
+    np.testing.assert_allclose((cover.skin + cover.hair + cover.strip)[:30], 1, atol=1e-6)
+    assert cover.strip[30:].max() == 0, "background is not shown as hair"
+
+
+def test_no_hair_changes_nothing():
+    skin = np.random.default_rng(0).random((30, 30)).astype(np.float32)
+    cover = cover_of(Segmentation(np.full((30, 30), SKIN, np.uint8), skin), points_with_eyes())
+    np.testing.assert_array_equal(cover.skin, skin)
+    assert cover.hair.max() == 0 and cover.strip.max() == 0
+
+
+def test_scalp_leaves_face_and_ears_bare_and_is_even(head):
+    share = scalp(head)
+    assert share.min() >= 0 and share.max() == 1
+    marks = np.einsum(
+        "lk,lk->l", share[head.faces[head.landmark_faces]], head.landmark_barycentric
+    )[:FACE]
+    temples = np.abs(head.landmarks(head.mean)[:FACE, 0]) > 45  # mm
+    assert marks[~temples].max() < 0.2, "hair on the face"
+    skin = head.part_vertices("skin")
+    top = skin[head.mean[skin, 1].argmax()]
+    widest = skin[np.abs(head.mean[skin][:, 0]).argmax()]
+    assert share[top] == 1
+    if abs(head.mean[widest, 1]) < 60:  # the tip of an ear, unless the shoulders are wider
+        assert share[widest] == 0
+    for sign in (1, -1):  # both sides alike: the same share of each half
+        half = share[skin[sign * head.mean[skin, 0] > 1]]
+        assert half.mean() == pytest.approx(share[skin].mean(), rel=0.03)
+
+
+@pytest.fixture(scope="module")
+def seen(head):
+    atlas = make_atlas(head, 256).take("skin")
+    return atlas, see(atlas, make_view(head.mean, head, FRONT))
+
+
+def photo_with_hair_above(row):
+    """Brown hair over light skin, and what of it is what."""
+    above = (np.arange(512)[:, None] < row) * np.ones((1, 512), bool)
+    linear = np.where(above[..., None], BROWN, np.float32(0.5))
+    hair = above.astype(np.float32)
+    return linear.astype(np.float32), Cover(1 - hair, hair, np.zeros_like(hair))
+
+
+def test_hair_goes_on_around_the_head(head, seen):
+    """Hair down to the brows: the back of the head is as brown as the front, the face bare."""
+    atlas, sight = seen
+    layer = hair_layer(*photo_with_hair_above(200), head, atlas, sight)
+    points = atlas.at(head.mean)
+    texel = layer.reshape(-1, 4)[atlas.index]
+    back = (points[:, 2] < points[:, 2].min() + 30) & (points[:, 1] > points[:, 1].max() - 90)
+    assert texel[back, 3].min() > 0.9
+    # Locks lighten and darken; on the whole they keep the colour of what was photographed.
+    np.testing.assert_allclose(np.median(texel[back, :3], 0), BROWN, rtol=0.1)
+    nose = np.linalg.norm(points - head.landmarks(head.mean)[4], axis=1) < 15
+    assert texel[nose].max() == 0
+    assert (texel[:, :3] <= texel[:, 3:] + 1e-6).all(), "colour is multiplied by alpha"
+
+
+def test_a_bald_head_stays_bald(head, seen):
+    layer = hair_layer(*photo_with_hair_above(0), head, *seen)
+    assert layer.shape == (256, 256, 4) and layer.max() == 0
+
+
+def test_a_fringe_is_shown_as_it_was_photographed(head, seen):
+    """Where the camera looked straight at hair, its own pixels stand."""
+    atlas, sight = seen
+    linear, cover = photo_with_hair_above(190)
+    noisy = linear * np.random.default_rng(0).uniform(0.7, 1, (512, 512, 1)).astype(np.float32)
+    layer = hair_layer(noisy, cover, head, atlas, sight).reshape(-1, 4)[atlas.index]
+    straight = (sight.weight() > 0.95) & (sight.pixels[:, 1] < 180)
+    assert straight.sum() > 200
+    np.testing.assert_allclose(
+        layer[straight][:, :3], bilinear(noisy, sight.pixels)[straight], atol=0.01
+    )
