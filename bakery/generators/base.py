@@ -22,6 +22,7 @@ class Subject:
     lids: LidSkin
     light: np.ndarray  # [9, 3] irradiance in the photo's camera space
     light_rotation: np.ndarray  # [3, 3] head space -> the photo's camera space
+    photo: np.ndarray | None = None  # [S, S, 3] uint8 sRGB: the photo cut to the face, head only
 
 
 class Generator(Protocol):

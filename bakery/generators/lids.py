@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bakery.generators.shade import is_part
 from bakery.geometry.fill import smoothstep
-from bakery.geometry.sample import bilinear
+from bakery.geometry.sample import bilinear, interpolate
 from bakery.types import EXPRESSION_INDEX
 
 SHUTS = (0.2, 0.75)  # eyeBlink at which lid skin begins to show, and shows wholly
@@ -30,3 +31,17 @@ def lid_cover(lids, expression, uv):
         return None
     alpha = bilinear(np.ascontiguousarray(lids.mask), uv * size) @ np.float32(shut)
     return bilinear(lids.color, uv * size), np.clip(alpha, 0, 1)
+
+
+def with_lids(subject, conditions, color, alpha):
+    """Shut lids laid into the colour [H, W, 3] and alpha [H, W] of a generated picture."""
+    head = subject.head
+    uv = interpolate(conditions.fragments, head.uv[head.uv_faces])
+    cover = lid_cover(subject.lids, conditions.expression, uv)
+    if cover is None:
+        return color, alpha
+    skin = is_part(conditions.part, "skin")
+    lid = np.where(skin, cover[1], 0)
+    both = lid + alpha * (1 - lid)
+    mixed = cover[0] * lid[..., None] + color * (alpha * (1 - lid))[..., None]
+    return np.where(both[..., None] > 0, mixed / np.maximum(both, 1e-6)[..., None], color), both

@@ -8,7 +8,7 @@ import weakref
 import numpy as np
 
 from bakery.generators.eyes import look_up
-from bakery.generators.lids import lid_cover
+from bakery.generators.lids import with_lids
 from bakery.generators.shade import (
     EYES,
     MOUTH,
@@ -49,22 +49,11 @@ class RenderedGenerator:
             ratio = self._skin_ratio(subject, conditions)
         color, alpha = self._interior(subject, conditions)
         if not interior_only:
-            color, alpha = self._lids(subject, conditions, color, alpha)
+            color, alpha = with_lids(subject, conditions, color, alpha)
         image = (
             conditions.deformed_neutral * ratio * (1 - alpha[..., None]) + color * alpha[..., None]
         )
         return Generated(image, ratio, color, alpha)
-
-    @staticmethod
-    def _lids(subject, conditions, color, alpha):
-        """Add shut lids to the colour and alpha of the interior."""
-        head = subject.head
-        uv = interpolate(conditions.fragments, head.uv[head.uv_faces])
-        cover = lid_cover(subject.lids, conditions.expression, uv)
-        if cover is None:
-            return color, alpha
-        skin = is_part(conditions.part, "skin")
-        return np.where(skin[..., None], cover[0], color), np.where(skin, cover[1], alpha)
 
     def _skin_ratio(self, subject, conditions):
         """Shading over the deformed neutral [H, W, 3]: change of light, and folds."""

@@ -8,11 +8,13 @@ instance normalisation takes them, would make crops differ from frames.
 
 from dataclasses import dataclass
 
+import numpy as np
 import torch
 from torch import nn
 from torch.nn import functional
 
 from bakery.detectors.blocks import Conv, Residual
+from bakery.generators.shade import MOUTH, is_part
 
 # Planes of the input and their channels, in order; a network may be given fewer.
 INPUTS = {"photo": 3, "normals": 3, "depth": 1, "gaze": 2, "mouth": 1, "deformed": 3}
@@ -123,30 +125,27 @@ def to_encoded(linear):
     )
 
 
-def stack(planes, photo, inputs=tuple(INPUTS)):
-    """Planes as the network's input [C, H, W] float32.
+def input_layers(planes, photo):
+    """The planes of INPUTS [H, W, C] uint8, by name.
 
     Args:
         planes: bakery.generators.planes.Planes, or anything with the same fields.
         photo: [H, W, 3] uint8 sRGB: the subject in neutral, head only.
-        inputs: names of INPUTS.
     """
-    import numpy as np
-
-    from bakery.generators.planes import NONE
-    from bakery.generators.shade import MOUTH, is_part
-
-    made = {
-        "photo": lambda: photo.astype(np.float32) / 255,
-        "normals": lambda: planes.normals.astype(np.float32) / 127,
-        "depth": lambda: planes.depth[..., None].astype(np.float32) / 255,
-        "gaze": lambda: planes.gaze.astype(np.float32) / 255,
-        "mouth": lambda: is_part(planes.part, *MOUTH)[..., None].astype(np.float32),
-        "deformed": lambda: planes.deformed.astype(np.float32) / 255,
+    return {
+        "photo": photo,
+        "normals": (planes.normals.astype(np.int16) + 128).astype(np.uint8),
+        "depth": planes.depth[..., None],
+        "gaze": planes.gaze,
+        "mouth": is_part(planes.part, *MOUTH)[..., None].astype(np.uint8) * 255,
+        "deformed": planes.deformed,
     }
-    assert NONE == 255
-    return torch.from_numpy(
-        np.ascontiguousarray(
-            np.concatenate([made[name]() for name in inputs], -1).transpose(2, 0, 1)
-        )
-    )
+
+
+def network_input(batch, inputs=tuple(INPUTS)):
+    """The network's input [B, C, H, W] float32 from tensors of bytes [B, C, H, W] by name."""
+    parts = []
+    for name in inputs:
+        values = batch[name].float()
+        parts.append((values - 128) / 127 if name == "normals" else values / 255)
+    return torch.cat(parts, 1)

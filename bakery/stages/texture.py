@@ -16,6 +16,7 @@ from bakery.geometry.sample import bilinear
 from bakery.landmarks import FACE
 from bakery.stages.atlas import make_atlas, make_view, see
 from bakery.stages.condition import condition, face_camera
+from bakery.stages.face_frame import head_photo
 from bakery.stages.texture_complete import PAINTED, complete_skin
 from bakery.stages.texture_eyes import eye_maps, paint_eyes
 from bakery.stages.texture_gaze import gaze_textures
@@ -79,7 +80,7 @@ def prepare(photo, landmarks, fit, neutral, head, cover, resolution):
         photo, cover, landmarks.points, fit, head, vertices, resolution
     )
     on_skin = atlas.take("skin")
-    sight = see(on_skin, make_view(vertices, head, local.camera))
+    sight = see(on_skin, make_view(vertices, head, local.camera, edge=0.5))
     skin = complete_skin(image, cover.skin, points, local, head, vertices, on_skin, sight)
     blank = np.zeros((8, 8, 3), np.float32)
     drawn = condition(head, neutral, blank, fit.expression, fit.gaze, local.camera)
@@ -98,7 +99,16 @@ def prepare(photo, landmarks, fit, neutral, head, cover, resolution):
     lids = lid_skin(head, neutral, texture, atlas)
     turn = rotation.matrix(fit.camera.rotation)
     return Prepared(
-        Subject(head, neutral, texture, eyes, lids, fit.light, turn),
+        Subject(
+            head,
+            neutral,
+            texture,
+            eyes,
+            lids,
+            fit.light,
+            turn,
+            head_photo(photo.encoded, landmarks.points, fit, head, neutral),
+        ),
         source.reshape(resolution, resolution),
         skin.facing,
         atlas.fill_gutter(hair_layer(image, cover, head, on_skin, sight)),

@@ -21,10 +21,10 @@ from torch import distributed, nn
 from torch.utils.data import DataLoader, Subset
 
 from bakery.errors import InputError, ModelError
-from bakery.generators.unet import HEADS, INPUTS, NetworkOptions, UNet, interpret
+from bakery.generators.unet import HEADS, INPUTS, NetworkOptions, UNet, interpret, network_input
 from bakery.train import pagan_losses as losses
 from bakery.train import runs
-from bakery.train.pagan_data import Cropping, Pairs, Samples, network_input, tensors
+from bakery.train.pagan_data import NOMINAL, Cropping, Pairs, Samples, tensors
 
 log = logging.getLogger(__name__)
 
@@ -99,7 +99,7 @@ def train(run, folders, options=PaganOptions(), features=None):
     checkpoint = run / "checkpoint.safetensors"
     step = state.load(checkpoint) if checkpoint.exists() else 0
     pairs = Pairs(folders, options.crop, options.memory, options.held_out)
-    held = [person[0] for people in pairs.held for person in people]
+    held = {Path(f).name: [person[0] for person in p] for f, p in zip(folders, pairs.held) if p}
     samples = Samples(pairs, options.seed, options.steps * options.batch * world, options.shares)
     start = step * options.batch * world
     loader = DataLoader(
@@ -122,7 +122,8 @@ def train(run, folders, options=PaganOptions(), features=None):
         if rank == 0 and (step % options.save_every == 0 or last):
             state.save(checkpoint, step)
         if rank == 0 and held and (step % options.sheet_every == 0 or last):
-            total |= held_out(state.averaged, pairs, held, options, run / f"samples/{step:06d}.png")
+            sheet = run / f"samples/{step:06d}.png"
+            total |= held_out(state.averaged, pairs, held, options, sheet)
         if rank == 0 and (step % options.log_every == 0 or last):
             seconds = (time.monotonic() - started) / options.log_every
             figures = {"step": step, "seconds_per_step": round(seconds, 4)}
@@ -248,39 +249,42 @@ class _State:
 
 
 @torch.inference_mode()
-def held_out(network, pairs, rows, options, sheet, shown=6):
+def held_out(network, pairs, held, options, sheet, shown=3, most=8):
     """Figures over whole pairs of held-out people, and a sheet of some.
 
     Args:
         network: UNet.
-        rows: [(shard, row, weight)] to measure.
+        held: {name of a folder: [(shard, row, weight)]}.
         sheet: path of the PNG.
+        shown, most: pairs of a folder that are drawn, and that are measured.
 
     Returns:
-        dict: PSNR in dB on the face, weighted as the loss is, and of the deformed neutral itself;
-        the mean alpha on skin.
+        dict, a folder each: PSNR in dB on the face, weighted as the loss is, of what is made and of
+        the deformed neutral itself; the mean alpha on skin.
     """
     network.eval()
     device = next(network.parameters()).device
-    errors, before, alphas, lines = [], [], [], []
-    for k, (shard, row, _) in enumerate(rows):
-        layers = pairs.decoded(shard, row)
-        batch = tensors(layers, layers["target"].shape[0])
-        batch = {name: part[None].to(device) for name, part in batch.items()}
-        deformed, target = batch["deformed"].float() / 255, batch["target"].float() / 255
-        change = interpret(network(network_input(batch, options.network.inputs)), deformed)
-        weight = batch["weight"].float()
-        for picture, found in ((change.picture, errors), (deformed, before)):
-            square = ((picture - target) ** 2 * weight).sum() / (3 * weight.sum()).clamp_min(1)
-            found.append(float(square))
-        alphas.append(float(losses.restraint(change, weight, batch["skin"] / 255)[0]))
-        if k < shown:
-            row = [batch["photo"].float() / 255, deformed, change.picture, target]
-            lines.append(torch.cat([part[0] for part in row], 2))
+    figures, lines = {}, []
+    for name, rows in held.items():
+        errors, before, alphas = [], [], []
+        for k, (shard, row, _) in enumerate(rows[:most]):
+            batch = tensors(pairs.decoded(shard, row), NOMINAL)
+            batch = {name: part[None].to(device) for name, part in batch.items()}
+            deformed, target = batch["deformed"].float() / 255, batch["target"].float() / 255
+            change = interpret(network(network_input(batch, options.network.inputs)), deformed)
+            weight = batch["weight"].float()
+            for picture, found in ((change.picture, errors), (deformed, before)):
+                square = ((picture - target) ** 2 * weight).sum() / (3 * weight.sum()).clamp_min(1)
+                found.append(float(square))
+            alphas.append(float(losses.restraint(change, weight, batch["skin"] / 255)[0]))
+            if k < shown:
+                row = [batch["photo"].float() / 255, deformed, change.picture, target]
+                lines.append(torch.cat([part[0] for part in row], 2))
+        figures |= {
+            f"{name}_psnr": float(-10 * np.log10(np.mean(errors))),
+            f"{name}_before": float(-10 * np.log10(np.mean(before))),
+            f"{name}_alpha": float(np.mean(alphas)),
+        }
     picture = torch.cat(lines, 1).permute(1, 2, 0).cpu().numpy()[..., ::-1]
     cv2.imwrite(str(sheet), np.round(picture * 255).clip(0, 255).astype(np.uint8))
-    return {
-        "held_psnr": float(-10 * np.log10(np.mean(errors))),
-        "held_before": float(-10 * np.log10(np.mean(before))),
-        "held_alpha": float(np.mean(alphas)),
-    }
+    return figures

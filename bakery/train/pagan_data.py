@@ -8,12 +8,13 @@ import numpy as np
 import torch
 from torch.utils.data import Dataset
 
-from bakery.generators.shade import MOUTH, is_part
+from bakery.generators.unet import input_layers
 from bakery.heads.base import PARTS
 from bakery.landmarks import EYES, LIPS, LIPS_OUTER
 from bakery.synth.pairs import Shard, shards_of
 
 UNIT = 16  # of the weight plane: what a pixel of plain skin counts
+NOMINAL = 512  # pixels a side of a frame, whatever size its pair was painted at
 SCALES = 0.12  # a crop's window is up to so much larger or smaller than the crop
 
 
@@ -21,7 +22,7 @@ SCALES = 0.12  # a crop's window is up to so much larger or smaller than the cro
 class Cropping:
     """What part of a pair a sample shows, and what counts in it."""
 
-    size: int = 256  # pixels a side of a crop
+    size: int = 256  # pixels a side of a crop; a frame has NOMINAL
     mouth: float = 0.35  # share of crops around the mouth
     eyes: float = 0.15  # share around an eye; the rest lies anywhere on the face
     mouth_weight: float = 4.0  # of a pixel inside the outer lips, plain skin 1
@@ -40,9 +41,9 @@ class Pairs:
 
     def __init__(self, folders, cropping=Cropping(), memory=1500, held_out=8):
         self.cropping, self.memory = cropping, memory
-        self.shards = [[Shard(path) for path in shards_of(folder)] for folder in folders]
-        self.train, self.held = [], []  # [(folder, {subject: [(shard, row, weight)]})]
-        for shards in self.shards:
+        # A folder's people, a person's pairs: [folder][person][(shard, row, weight)].
+        self.train, self.held = [], []
+        for shards in ([Shard(path) for path in shards_of(folder)] for folder in folders):
             people = {}
             for shard in shards:
                 rows = zip(shard.number("subject").tolist(), shard.number("expression"))
@@ -71,19 +72,12 @@ class Pairs:
         return layers
 
     def _decode(self, pair):
-        mouth = is_part(pair.part, *MOUTH).astype(np.uint8) * 255
         skin = (pair.part == PARTS.index("skin")).astype(np.uint8) * 255
         lips = _polygon(pair.landmarks[LIPS_OUTER], pair.part.shape)
         eyes = np.maximum(*(_polygon(pair.landmarks[ring], pair.part.shape) for ring in EYES))
         weight = 1 + (self.cropping.mouth_weight - 1) * lips + (self.cropping.eye_weight - 1) * eyes
         weight = np.clip(UNIT * weight * (pair.face / 255), 0, 255)
-        return {
-            "photo": pair.photo,
-            "normals": (pair.normals.astype(np.int16) + 128).astype(np.uint8),
-            "depth": pair.depth[..., None],
-            "gaze": pair.gaze,
-            "mouth": mouth[..., None],
-            "deformed": pair.deformed,
+        return input_layers(pair, pair.photo) | {
             "target": pair.target,
             "weight": np.round(weight).astype(np.uint8)[..., None],
             "skin": skin[..., None],
@@ -126,7 +120,7 @@ class Samples(Dataset):
         """Left, top and side of the square that is cut out, pixels."""
         cropping, side = self.pairs.cropping, layers["target"].shape[0]
         points = layers["landmarks"]
-        window = cropping.size * np.exp(rng.uniform(-SCALES, SCALES))
+        window = cropping.size * side / NOMINAL * np.exp(rng.uniform(-SCALES, SCALES))
         kind = rng.random()
         if kind < cropping.mouth:
             center, spread = points[LIPS].mean(0), 0.12
@@ -196,12 +190,3 @@ def tensors(layers, size, window=None, flip=False, tone=None):
                 part = cv2.LUT(np.ascontiguousarray(part), tone[None])
             out[name] = torch.from_numpy(np.ascontiguousarray(part.transpose(2, 0, 1)))
     return out
-
-
-def network_input(batch, inputs):
-    """The network's input [B, C, H, W] float32 from a batch of byte tensors."""
-    parts = []
-    for name in inputs:
-        values = batch[name].float()
-        parts.append((values - 128) / 127 if name == "normals" else values / 255)
-    return torch.cat(parts, 1)

@@ -5,53 +5,48 @@ residual warp registers the two. What is left of the registration is a small smo
 the two photographs differ in exposure and white balance is taken off the target.
 """
 
+from dataclasses import dataclass
+from pathlib import Path
+
 import cv2
 import numpy as np
 
 from bakery import steps
+from bakery.errors import BakeryError
 from bakery.formats.image import read_photo
-from bakery.generators.planes import NONE, encode, planes
-from bakery.geometry import camera as cameras
+from bakery.generators.planes import NONE, Planes, encode, planes
 from bakery.geometry.color import LUMA, to_encoded, to_linear
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import PARTS
 from bakery.stages import texture
-from bakery.stages.condition import FACE_SHARE, condition
+from bakery.stages.condition import SIZE, condition
+from bakery.stages.face_frame import cut, face_frame
 from bakery.stages.segment import HAIR
-from bakery.stages.texture_complete import clear_of_hair
-from bakery.synth.pairs import PaintedPair
+from bakery.stages.texture_hair import cover_of
+from bakery.synth.pairs import NAME, PaintedPair, write_shard
+from bakery.types import Conditions, Fit
 
-SIZE = 512  # pixels a side
 FLOW_LIMIT = 3.0  # pixels of SIZE that the flow may move the target
 FLOW_SMOOTH = 10.0  # pixels of SIZE: sigma of the blur that makes the flow smooth
 DRIFT_LIMIT = 0.35  # log of the gain that exposure and white balance may differ by
 
 
-def frame(fit, points, size=SIZE):
-    """The camera of a photo's fit cut to the face.
+@dataclass(frozen=True, eq=False)
+class Sitting:
+    """One photo of a person, seen in the frame that pairs have."""
 
-    Args:
-        points: [L, 2] pixels, landmarks in the photo.
+    conditions: Conditions  # of the photo's fit, with the texture of the neutral photo
+    planes: Planes
+    picture: np.ndarray  # [S, S, 3] float32 sRGB-encoded: the photo itself
+    face: np.ndarray  # [S, S] uint8: skin, eyes and mouth, no hair
+    points: np.ndarray  # [L, 2] pixels
+    fit: Fit
 
-    Returns:
-        Camera, and the affine [2, 3] from the photo to its picture.
-    """
-    low, high = points.min(0), points.max(0)
-    scale = FACE_SHARE * size / (high[1] - low[1])
-    corner = (low + high) / 2 - size / 2 / scale
-    camera = cameras.crop(fit.camera, *corner, size, size, scale)
-    return camera, np.column_stack([np.eye(2) * scale, -corner * scale])
-
-
-def cut(picture, affine, size=SIZE):
-    """A picture [H, W(, C)] float32 resampled by an affine of pixel positions; black outside."""
-    matrix = affine.copy()
-    matrix[:, 2] += 0.5 * matrix[:, :2].sum(1) - 0.5  # pixel centres lie at +0.5
-    scale = affine[0, 0]
-    if scale < 1:  # what is made smaller is blurred first, or it aliases
-        picture = cv2.GaussianBlur(picture, (0, 0), 0.5 * np.sqrt(1 / scale**2 - 1) + 1e-3)
-    return cv2.warpAffine(picture, matrix, (size, size), flags=cv2.INTER_LINEAR)
+    @property
+    def head_only(self):
+        """The photo where the head is drawn: [S, S, 3] uint8, 0 elsewhere."""
+        return _bytes(self.picture * (self.planes.part != NONE)[..., None])
 
 
 class Sitter:
@@ -71,20 +66,24 @@ class Sitter:
             FitError, InputError: the photo cannot be used.
         """
         self.options, self.size, self.model = options or steps.BuildOptions(), size, head
-        self.path = path
         photo = read_photo(path)
         fit, segmentation = steps.place_head(path, photo, landmarks, head, self.options)
         self.head, neutral = steps.own_head(head, fit)
-        skin = clear_of_hair(segmentation.skin, segmentation.labels == HAIR, landmarks.points)
-        self.subject, _, _ = texture.prepare(
-            photo, landmarks, fit, neutral, self.head, skin, self.options.texture.resolution
-        )
-        own = self._drawn(photo, landmarks.points, fit, segmentation, neutral)
-        self.photo, self.photo_face, self._own = own[1], own[2], own
+        cover = cover_of(segmentation, landmarks.points)
+        resolution = self.options.texture.resolution
+        prepared = texture.prepare(photo, landmarks, fit, neutral, self.head, cover, resolution)
+        self.subject, self.hair = prepared.subject, prepared.hair
+        self.neutral = self._seat(photo, landmarks.points, fit, segmentation, neutral)
 
-    def _drawn(self, photo, points, fit, segmentation, neutral):
-        """Conditions of a fit; its photo [S, S, 3] uint8 and face [S, S] uint8 in their frame."""
-        camera, affine = frame(fit, points, self.size)
+    def sit(self, path, landmarks):
+        """Another photo of this person: Sitting."""
+        photo = read_photo(path)
+        fit, segmentation = steps.place_head(path, photo, landmarks, self.model, self.options)
+        neutral = steps.fitted_neutral(self.model, fit)
+        return self._seat(photo, landmarks.points, fit, segmentation, neutral)
+
+    def _seat(self, photo, points, fit, segmentation, neutral):
+        camera, affine = face_frame(fit, points, self.size)
         drawn = condition(
             self.head, neutral, self.subject.texture, fit.expression, fit.gaze, camera
         )
@@ -95,52 +94,37 @@ class Sitter:
         clear = np.where(inner, 1, smoothstep(0.3, 0.9, skin)) * (1 - hair)
         # The border of hair and of the photo's own outline is not trusted either.
         clear = cv2.erode(clear.astype(np.float32), np.ones((5, 5)))
-        face = layers.face / 255 * clear
-        encoded = cut(photo.encoded, affine, self.size) * (drawn.part != NONE)[..., None]
-        return (
+        return Sitting(
+            drawn,
             layers,
-            _bytes(encoded),
-            _bytes(face),
-            affine @ np.column_stack([points, np.ones(len(points))]).T,
+            cut(photo.encoded, affine, self.size),
+            _bytes(layers.face / 255 * clear),
+            points @ affine[:, :2].T + affine[:, 2],
             fit,
         )
 
-    def neutral_pair(self, number):
-        """The neutral photo as its own target: PaintedPair."""
-        return self._pair(self._own, number)
-
-    def pair(self, path, landmarks, number):
-        """This person as another photo shows them.
+    def pair(self, sitting, number):
+        """This person as a photo shows them: PaintedPair.
 
         Args:
-            path: the other photo.
-            landmarks: its Landmarks.
+            sitting: of `sit`; `self.neutral` makes the neutral photo its own target.
             number: of the subject.
-
-        Returns:
-            PaintedPair.
         """
-        photo = read_photo(path)
-        fit, segmentation = steps.place_head(path, photo, landmarks, self.model, self.options)
-        neutral = steps.fitted_neutral(self.model, fit)
-        drawn = self._drawn(photo, landmarks.points, fit, segmentation, neutral)
-        return self._pair(drawn, number)
-
-    def _pair(self, drawn, number):
-        layers, target, face, points, fit = drawn
-        target = without_drift(target, layers.deformed, face, layers.part)
-        target = registered(target, layers.deformed, face, layers.part)
+        layers, fit = sitting.planes, sitting.fit
+        target = sitting.head_only
+        for mend in (without_drift, registered):
+            target = mend(target, layers.deformed, sitting.face, layers.part)
         return PaintedPair(
-            photo=self.photo,
-            photo_face=self.photo_face,
+            photo=self.neutral.head_only,
+            photo_face=self.neutral.face,
             target=target,
             deformed=layers.deformed,
             normals=layers.normals,
             depth=layers.depth,
             gaze=layers.gaze,
             part=layers.part,
-            face=face,
-            landmarks=points.T.astype(np.float32),
+            face=sitting.face,
+            landmarks=sitting.points.astype(np.float32),
             expression=fit.expression.astype(np.float32),
             gaze_angles=np.asarray(fit.gaze, np.float32),
             yaw=0.0,
@@ -148,6 +132,36 @@ class Sitter:
             subject=number,
             head=self.model.name,
         )
+
+
+def write_pairs(people, landmarks, head, output, options=None):
+    """Write one shard a person: each other photo, and the neutral on itself.
+
+    A person whose shard is there already is passed over, so an interrupted run goes on.
+
+    Args:
+        people: [folders.Person].
+        landmarks: function from a path to its Landmarks.
+        head: HeadModel.
+        output: folder of the shards.
+        options: steps.BuildOptions.
+
+    Yields:
+        (Person, error or None): a person whose photos cannot be used is left out.
+    """
+    for number, person in enumerate(people):
+        path = Path(output) / NAME.format(number)
+        if path.exists():
+            continue
+        try:
+            sitter = Sitter(person.neutral, landmarks(person.neutral), head, options)
+            sittings = [sitter.sit(photo, landmarks(photo)) for _, photo in person.others]
+        except BakeryError as error:
+            yield person, error
+            continue
+        pairs = [sitter.pair(sitting, number) for sitting in (*sittings, sitter.neutral)]
+        write_shard(path, pairs, {"person": person.name})
+        yield person, None
 
 
 def _bytes(values):

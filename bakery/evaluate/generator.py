@@ -1,0 +1,136 @@
+"""The generators against each other and against simple baselines, on people nothing was trained on.
+
+Each person's smiling photo is painted from the neutral one: shape, camera and gaze of the smiling
+photo's own fit, colour of the neutral photo. The same picture is scored as `evaluate avatar` does.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bakery.evaluate.avatar import CROP, compare, mean_score
+from bakery.evaluate.fitting import landmarks_of
+from bakery.evaluate.metrics import piecewise_affine, psnr
+from bakery.generators.planes import NONE
+from bakery.generators.shade import is_part
+from bakery.geometry.color import to_encoded
+from bakery.geometry.fill import diffuse
+from bakery.geometry.sample import bilinear, interpolate
+from bakery.landmarks import EYES, FACE
+from bakery.runtime.blend import lay_hair
+from bakery.train.real_pairs import Sitter
+
+DELTA_TEXELS = 256  # side of the map that carries another person's change
+LOOKALIKE = 48  # pixels a side of the pictures that people are told alike by
+
+
+@dataclass(frozen=True)
+class Result:
+    """One person, painted in several ways."""
+
+    name: str
+    teeth: bool
+    scores: dict  # way -> avatar.Score
+    eyes: dict  # way -> dB inside both lids
+    pictures: dict  # way -> [CROP, CROP, 3] sRGB-encoded, "photo" and "truth" among them
+
+
+def measure(pair, head, painters, delta=None):
+    """Paint one person's smile in every way and score it.
+
+    Args:
+        pair: avatar_pairs.Pair.
+        head: HeadModel.
+        painters: {name: Generator}.
+        delta: another person's change on the atlas (`smile_delta`), or None.
+
+    Returns:
+        Result; beside the painters there are `static`, the deformed neutral as it is, `warp`, the
+        neutral photo warped by the true landmarks, and `delta`.
+    """
+    sitter = Sitter(pair.neutral, landmarks_of(pair.neutral_points), head, size=CROP)
+    sitting = sitter.sit(pair.smiling, landmarks_of(pair.smiling_points))
+    conditions, neutral = sitting.conditions, sitter.neutral
+    linear = {
+        name: painter.generate(sitter.subject, conditions).image
+        for name, painter in painters.items()
+    }
+    linear["static"] = conditions.deformed_neutral
+    seen = (conditions.part != NONE)[..., None]
+    uv = interpolate(conditions.fragments, head.uv[head.uv_faces])
+    hair = (
+        bilinear(sitter.hair, uv * sitter.hair.shape[0])
+        * is_part(conditions.part, "skin")[..., None]
+    )
+    made = {
+        name: np.where(seen, to_encoded(np.clip(lay_hair(picture, hair), 0, 1)), 0.5)
+        for name, picture in linear.items()
+    }
+    made["warp"] = piecewise_affine(neutral.picture, neutral.points[:FACE], sitting.points[:FACE])
+    if delta is not None:
+        change = bilinear(delta, uv * DELTA_TEXELS) * seen
+        made["delta"] = np.clip(made["static"] + change, 0, 1)
+    face, truth = sitting.face / 255, sitting.picture
+    lids = eye_mask(sitting.points)
+    return Result(
+        pair.name,
+        pair.teeth,
+        {name: compare(picture, truth, sitting.points, face) for name, picture in made.items()},
+        {name: psnr(picture, truth, lids) for name, picture in made.items()},
+        {"photo": neutral.picture} | made | {"truth": truth},
+    )
+
+
+def eye_mask(points):
+    """Boolean [CROP, CROP]: inside the lids of landmarks [L, 2]."""
+    from bakery.evaluate.avatar import polygon_mask
+
+    return np.maximum(*(polygon_mask(points[ring]) for ring in EYES))
+
+
+def smile_delta(pair, head):
+    """How a person's colours change from the neutral to the smiling photo, on the atlas.
+
+    References:
+        Olszewski et al. 2017, table 1: direct transfer of the difference from another subject.
+
+    Returns:
+        [DELTA_TEXELS, DELTA_TEXELS, 3] float32, sRGB-encoded difference, smoothly continued where
+        the photos did not show the atlas.
+    """
+    sitter = Sitter(pair.neutral, landmarks_of(pair.neutral_points), head, size=CROP)
+    sitting = sitter.sit(pair.smiling, landmarks_of(pair.smiling_points))
+    conditions = sitting.conditions
+    use = sitting.face > 128
+    difference = (sitting.picture - to_encoded(conditions.deformed_neutral))[use]
+    uv = interpolate(conditions.fragments, head.uv[head.uv_faces])[use]
+    texel = np.clip((uv * DELTA_TEXELS).astype(int), 0, DELTA_TEXELS - 1)
+    flat = texel[:, 1] * DELTA_TEXELS + texel[:, 0]
+    count = np.bincount(flat, minlength=DELTA_TEXELS**2).astype(np.float32)
+    total = np.stack(
+        [np.bincount(flat, difference[:, k], DELTA_TEXELS**2) for k in range(3)], -1
+    ).astype(np.float32)
+    mean = total / np.maximum(count, 1)[:, None]
+    shape = (DELTA_TEXELS, DELTA_TEXELS)
+    return diffuse(mean.reshape(*shape, 3), (count.reshape(shape) > 0).astype(np.float32))
+
+
+def likeness(photo, points):
+    """A small picture of a face [LOOKALIKE, LOOKALIKE, 3], for telling who looks alike."""
+    from bakery.evaluate.metrics import face_crop, warp_pixels
+
+    return warp_pixels(photo, face_crop(points, LOOKALIKE, 1.0), LOOKALIKE)
+
+
+def summary(results):
+    """Means over all people and over those who show teeth: {group: {way: figures}}."""
+    out = {}
+    groups = {"all": results, "teeth": [result for result in results if result.teeth]}
+    for name, group in groups.items():
+        ways = [] if not group else list(group[0].scores)
+        out[name] = {
+            way: vars(mean_score([result.scores[way] for result in group]))
+            | {"eyes_psnr": float(np.mean([result.eyes[way] for result in group]))}
+            for way in ways
+        }
+    return out

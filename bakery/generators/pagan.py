@@ -1,0 +1,139 @@
+"""The trained generator of paGAN section 4, forward only.
+
+One network paints everything: whole frames for the key expressions, crops for eyes and mouths. It
+is fully convolutional and its normalisation is folded, so a crop agrees with the frame as far as the
+crop has surroundings.
+"""
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import torch
+
+from bakery.errors import ModelError
+from bakery.generators.lids import with_lids
+from bakery.generators.planes import NONE, planes
+from bakery.generators.unet import NetworkOptions, UNet, input_layers, interpret, network_input
+from bakery.geometry import camera as cameras
+from bakery.landmarks import FACE
+from bakery.types import Generated
+
+WEIGHTS = Path(__file__).resolve().parents[1] / "assets" / "generators" / "pagan.safetensors"
+KIND = "bakery generator 1"  # says in a file's metadata what it is
+PHOTO_SHARE = 0.78  # of the side of Subject.photo that the height of the landmarks takes
+
+
+class PaganGenerator:
+    """See the module; one instance serves any number of subjects."""
+
+    name = "pagan"
+    source_type = "compositeWithTrainedAlgorithmicMedia"
+
+    def __init__(self, network, half=None):
+        """Wrap a folded network.
+
+        Args:
+            network: UNet built with `folded=True`.
+            half: compute in bfloat16; None: where the processor has the instructions. A timing
+                could choose otherwise from run to run, and two bakes must give the same bytes.
+        """
+        self.network = network.eval().to(memory_format=torch.channels_last)
+        self.half = torch.cpu._is_avx512_bf16_supported() if half is None else half
+
+    def generate(self, subject, conditions, interior_only=False):
+        """Paint one target of a subject (generators.base.Generator).
+
+        Raises:
+            ValueError: the subject has no photo.
+        """
+        if subject.photo is None:
+            raise ValueError("Subject.photo is missing; the network looks at the neutral photo")
+        layers = planes(subject.head, conditions)
+        photo = aligned_photo(subject, conditions)
+        change = self.paint(input_layers(layers, photo), interior_only)
+        face = layers.face.astype(np.float32) / 255 * (layers.part != NONE)
+        ratio = np.exp(change[..., :3] * face[..., None])
+        color, alpha = change[..., 3:6], change[..., 6] * face
+        if not interior_only:
+            color, alpha = with_lids(subject, conditions, color, alpha)
+        image = (
+            conditions.deformed_neutral * ratio * (1 - alpha[..., None]) + color * alpha[..., None]
+        )
+        return Generated(image, ratio, color, alpha)
+
+    def paint(self, layers, interior_only=False):
+        """Run the network on planes [H, W, C] uint8 by name.
+
+        Returns:
+            [H, W, 7] float32: log-ratio, linear colour, alpha.
+        """
+        height, width = layers["deformed"].shape[:2]
+        unit = 2 ** len(self.network.options.channels)
+        below, right = -height % unit, -width % unit
+        batch = {
+            name: torch.from_numpy(
+                cv2.copyMakeBorder(layer, 0, below, 0, right, cv2.BORDER_CONSTANT)
+                .reshape(height + below, width + right, -1)
+                .transpose(2, 0, 1)[None]
+            )
+            for name, layer in layers.items()
+        }
+        with torch.inference_mode():
+            x = network_input(batch, self.network.options.inputs)
+            with torch.autocast("cpu", torch.bfloat16, enabled=self.half):
+                outputs = self.network(x.contiguous(memory_format=torch.channels_last))
+            change = interpret(outputs, batch["deformed"].float() / 255)
+            parts = torch.cat([change.ratio, change.color, change.alpha], 1)[0]
+        return parts[:, :height, :width].permute(1, 2, 0).contiguous().numpy()
+
+
+def aligned_photo(subject, conditions):
+    """The neutral photo moved to where the target's face is: [H, W, 3] uint8."""
+    pixels = cameras.project(subject.head.landmarks(conditions.vertices)[:FACE], conditions.camera)
+    low, high = pixels.min(0), pixels.max(0)
+    side = subject.photo.shape[0]
+    scale = (high[1] - low[1]) / (PHOTO_SHARE * side)
+    shift = (low + high) / 2 - scale * side / 2
+    matrix = np.column_stack([np.eye(2) * scale, shift + 0.5 * scale - 0.5])
+    size = (conditions.camera.width, conditions.camera.height)
+    photo = subject.photo
+    if scale < 0.8:  # what is made smaller is blurred first, or it aliases
+        photo = cv2.GaussianBlur(photo, (0, 0), 0.5 * np.sqrt(1 / scale**2 - 1))
+    return cv2.warpAffine(photo, matrix, size, flags=cv2.INTER_LINEAR)
+
+
+def load(path=WEIGHTS, half=None):
+    """The generator whose weights lie in a file.
+
+    Args:
+        path: .safetensors as `bakery train pagan-export` writes it.
+
+    Raises:
+        ModelError: missing, damaged, or weights of something else.
+    """
+    from safetensors import SafetensorError, safe_open
+
+    path = Path(path)
+    try:
+        with safe_open(path, "pt") as file:
+            about = file.metadata() or {}
+            tensors = {name: file.get_tensor(name).float() for name in file.keys()}  # noqa: SIM118
+    except (SafetensorError, OSError) as error:
+        raise ModelError(
+            f"{path}: no weights of a generator ({error}); install bakery again or train some with "
+            "`bakery train pagan`"
+        ) from None
+    table = json.loads(about.get("generator", "{}"))
+    if table.pop("kind", None) != KIND:
+        raise ModelError(f"{path}: holds no generator; give a file that `bakery train` exported")
+    table = {name: tuple(v) if isinstance(v, list) else v for name, v in table.items()}
+    network = UNet(NetworkOptions(**table), folded=True)
+    try:
+        network.load_state_dict(tensors)
+    except RuntimeError:
+        raise ModelError(
+            f"{path}: weights of another network; give a file that this version exported"
+        ) from None
+    return PaganGenerator(network, half)

@@ -1,0 +1,50 @@
+"""A photo cut to the face, as the generator looks at it."""
+
+import cv2
+import numpy as np
+
+from bakery.geometry import camera as cameras
+from bakery.stages.condition import FACE_SHARE, SIZE, condition
+
+
+def face_frame(fit, points, size=SIZE):
+    """The camera of a photo's fit cut to the face.
+
+    Args:
+        points: [L, 2] pixels, landmarks in the photo.
+        size: pixels a side.
+
+    Returns:
+        Camera, and the affine [2, 3] from the photo's pixels to its own.
+    """
+    low, high = points.min(0), points.max(0)
+    scale = FACE_SHARE * size / (high[1] - low[1])
+    corner = (low + high) / 2 - size / 2 / scale
+    camera = cameras.crop(fit.camera, *corner, size, size, scale)
+    return camera, np.column_stack([np.eye(2) * scale, -corner * scale])
+
+
+def cut(picture, affine, size=SIZE):
+    """A picture [H, W(, C)] float32 resampled by an affine of pixel positions; black outside."""
+    matrix = affine.copy()
+    matrix[:, 2] += 0.5 * matrix[:, :2].sum(1) - 0.5  # pixel centres lie at +0.5
+    scale = affine[0, 0]
+    if scale < 1:  # what is made smaller is blurred first, or it aliases
+        picture = cv2.GaussianBlur(picture, (0, 0), 0.5 * np.sqrt(1 / scale**2 - 1) + 1e-3)
+    return cv2.warpAffine(picture, matrix, (size, size), flags=cv2.INTER_LINEAR)
+
+
+def head_photo(encoded, points, fit, head, neutral, size=SIZE):
+    """The photo cut to the face, black where the fitted head is not: [S, S, 3] uint8 sRGB.
+
+    Args:
+        encoded: [H, W, 3] float32 sRGB-encoded, the photo.
+        points: [L, 2] pixels, its landmarks.
+        fit: its Fit.
+        neutral: [V, 3] mm, the fitted neutral shape.
+    """
+    camera, affine = face_frame(fit, points, size)
+    blank = np.zeros((8, 8, 3), np.float32)
+    drawn = condition(head, neutral, blank, fit.expression, fit.gaze, camera)
+    picture = np.clip(cut(encoded, affine, size), 0, 1) * np.isfinite(drawn.depth)[..., None]
+    return np.round(picture * 255).astype(np.uint8)
