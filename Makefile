@@ -12,7 +12,7 @@ PHOTOS ?= samples
 OUT ?= avatars
 FLAGS ?=
 
-.PHONY: help setup demo test lint golden bench avatars samples clean
+.PHONY: help setup demo test lint golden bench avatars samples viewer clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -52,6 +52,9 @@ avatars: $(READY) ## bake every portrait of PHOTOS=folder into OUT=folder; -j2 b
 
 samples: $(READY) ## paint the synthetic portraits of samples/ again
 	$(RUN)/bakery synth samples -o samples
+
+viewer: ## build the page of `bakery preview` again (needs node and npm)
+	cd bakery/runtime/viewer && npm ci --no-audit --no-fund --silent && npm run --silent build
 
 clean: ## remove what was built
 	rm -rf $(VENV) $(DEMO) build dist *.egg-info .pytest_cache .ruff_cache node_modules

@@ -21,6 +21,7 @@ COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of th
     "pack": ("stages", "Pack fit, textures and masks into a bundle."),
     "inspect": ("inspect", "Say what a bundle holds."),
     "validate": ("inspect", "Check a bundle; list what is wrong with it."),
+    "preview": ("preview", "Write a page that plays an avatar in a browser."),
     "render": ("render", "Draw a frame of an avatar."),
     "recover": ("render", "Write the texture of single expressions (eq. 4)."),
     "heads": ("heads", "List, show and import head models."),

@@ -39,9 +39,9 @@ CONVENTIONS = {
 
 
 @cache
-def schema():
-    """The published JSON Schema of the manifest."""
-    return json.loads(SCHEMA.read_text())
+def schema(path=SCHEMA):
+    """A published JSON Schema; that of the manifest, unless told otherwise."""
+    return json.loads(path.read_text())
 
 
 def mask_channels():

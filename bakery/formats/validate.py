@@ -8,7 +8,7 @@ import zipfile
 from pathlib import Path
 
 from bakery.errors import BakeryError
-from bakery.formats import bundle, exr, record
+from bakery.formats import bundle, exr, record, web
 from bakery.formats.files import digest_file
 from bakery.formats.image_header import read_header
 from bakery.formats.place import MANIFEST
@@ -145,6 +145,8 @@ def _content_problems(path, name, manifest):
             return _exr_problems(path, name, manifest)
         if name.endswith(".glb"):
             return _glb_problems(path, name, manifest)
+        if name == web.DESCRIPTION:
+            return _web_problems(path, name, manifest)
         if name.endswith(".npz"):
             return _npz_problems(path, name)
         if name.endswith((".png", ".webp", ".jpg")):
@@ -190,6 +192,22 @@ def _exr_problems(path, name, manifest):
     return found
 
 
+def _web_problems(path, name, manifest):
+    """The description for browsers: its own schema, and only files of the bundle."""
+    import jsonschema
+
+    table = record.parse(name, bundle.read_bytes(path, record.LARGEST_JSON))
+    checker = jsonschema.Draft202012Validator(bundle.schema(web.SCHEMA))
+    found = [f"{name}: {bundle.schema_problem(e)}" for e in checker.iter_errors(table)]
+    if found:
+        return found
+    listed = {entry["path"] for entry in manifest["files"]}
+    for atlas in table["atlases"].values():
+        if f"{web.FOLDER}/{atlas['file']}" not in listed:
+            found.append(f"{name}: names {atlas['file']}, which is not in the list of files")
+    return found
+
+
 def _npz_problems(path, name):
     try:
         with zipfile.ZipFile(path) as archive:
@@ -215,9 +233,8 @@ def _glb_problems(path, name, manifest):
         meshes = {mesh["name"]: mesh["extras"]["targetNames"] for mesh in document["meshes"]}
     except (ValueError, KeyError, TypeError, RecursionError):
         return [f"{name}: its description is damaged"]
-    found = [
-        f"{name}: lacks {lod['node']}" for lod in manifest["lods"] if lod["node"] not in meshes
-    ]
+    wanted = ["head"] if name == web.HEAD else [lod["node"] for lod in manifest["lods"]]
+    found = [f"{name}: lacks {node}" for node in wanted if node not in meshes]
     if any(tuple(names) != EXPRESSIONS for names in meshes.values()):
         found.append(f"{name}: its morph targets are not the 52 ARKit names in order")
     return found

@@ -4,6 +4,8 @@ The folder web/ needs nothing from outside it, and its description repeats what 
 manifest, so that it can be served alone.
 """
 
+from pathlib import Path
+
 import cv2
 import numpy as np
 
@@ -13,6 +15,7 @@ from bakery.geometry.color import to_encoded
 from bakery.geometry.fill import diffuse
 from bakery.types import EXPRESSIONS
 
+SCHEMA = Path(__file__).resolve().parent.parent / "assets" / "schema" / "avatar-web-1.schema.json"
 FOLDER = "web"
 DESCRIPTION = "web/avatar.json"
 HEAD = "web/head.glb"
@@ -47,7 +50,7 @@ def web_pictures(textures, masks, paintable, photo, options):
     )
     made.grid("masks", [_shrink(mask, MASK_SIDE) for mask in masks], EXPRESSIONS, ".png")
     made.add("coverage", _coverage(textures, paintable, min(side, DATA_SIDE)), ".png")
-    if getattr(textures, "hair", None) is not None:
+    if np.any(textures.hair):
         made.add("hair", straight_alpha(_shrink(np.float32(textures.hair), side)), ".webp")
     if photo is not None:
         made.add("photo", _within(photo, options.photo), ".webp")

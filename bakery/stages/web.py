@@ -4,6 +4,7 @@ import numpy as np
 
 from bakery.formats.record import camera_to_table, numbers
 from bakery.heads.base import CARRIERS, GAZE_PITCH, GAZE_YAW, gaze_of
+from bakery.heads.eyes import CAP_ANGLE
 from bakery.stages.condition import face_camera
 from bakery.stages.lod import cut_surface, shape_displacements, simplify
 from bakery.stages.texture_mouth import mouth_landmarks
@@ -62,6 +63,7 @@ def facts(head, neutral, fit):
         "eyes": {
             "centers": numbers(head.eye_centers(neutral), 4),
             "degrees": [GAZE_YAW, GAZE_PITCH],
+            "cap": CAP_ANGLE,
         },
         "pose": {
             "weights": numbers(fit.expression, 6),

@@ -1,0 +1,99 @@
+/** web/head.glb to arrays. Only what `bakery` writes is understood; the rest is refused. */
+
+import { AvatarError, EXPRESSIONS } from './data.js';
+import { decodeIndices, decodeVertices } from './meshopt.js';
+
+// The order in which the pieces are drawn; the first four are the image-based head.
+export const PIECES = ['skin', 'eye_cap_left', 'eye_cap_right', 'mouth_sheet', 'inside', 'teeth', 'tongue'];
+const MOST_VERTICES = 65535;
+
+/**
+ * @typedef {object} Head
+ * @property {Float32Array} positions [3 V] millimetres
+ * @property {Int8Array} normals [4 V] of 127
+ * @property {Float32Array} uv [2 V]
+ * @property {Uint8Array} part [V] index into PIECES
+ * @property {Uint16Array} indices
+ * @property {Int16Array} shapes [52 4 V] of 32767 times `reach`
+ * @property {number} reach millimetres
+ * @property {Record<string, [number, number]>} ranges first and count of each piece's indices
+ */
+
+/**
+ * @param {Uint8Array} bytes of a GLB file
+ * @returns {Head}
+ */
+export function parseHead(bytes) {
+  const { document, binary } = split(bytes);
+  const mesh = document.meshes?.[0];
+  const scale = document.nodes?.[0]?.scale;
+  if (!mesh || !scale || mesh.extras?.targetNames?.length !== EXPRESSIONS) fail('lacks its 52 shapes');
+  const reach = scale[0] * 1000;
+  const byName = new Map(mesh.primitives.map((one) => [document.materials[one.material].name, one]));
+  const used = PIECES.filter((name) => byName.has(name));
+  if (used[0] !== 'skin') fail('lacks its skin');
+  const read = (index) => readAccessor(document, binary, index);
+
+  const counts = used.map((name) => document.accessors[byName.get(name).attributes.POSITION].count);
+  const total = counts.reduce((sum, count) => sum + count, 0);
+  if (total > MOST_VERTICES) fail(`has ${total} vertices, more than ${MOST_VERTICES}`);
+  const sizes = used.map((name) => document.accessors[byName.get(name).indices].count);
+  const head = {
+    positions: new Float32Array(3 * total),
+    normals: new Int8Array(4 * total),
+    uv: new Float32Array(2 * total),
+    part: new Uint8Array(total),
+    indices: new Uint16Array(sizes.reduce((sum, size) => sum + size, 0)),
+    shapes: new Int16Array(EXPRESSIONS * 4 * total),
+    reach,
+    ranges: {},
+  };
+  let vertex = 0;
+  let index = 0;
+  used.forEach((name, place) => {
+    const { attributes, indices, targets } = byName.get(name);
+    const positions = read(attributes.POSITION);
+    for (let k = 0; k < positions.length; k++) head.positions[3 * vertex + k] = positions[k] * reach;
+    head.normals.set(read(attributes.NORMAL), 4 * vertex);
+    head.uv.set(read(attributes.TEXCOORD_0), 2 * vertex);
+    head.part.fill(PIECES.indexOf(name), vertex, vertex + counts[place]);
+    const corners = read(indices);
+    for (let k = 0; k < corners.length; k++) {
+      if (corners[k] >= counts[place]) fail('has a triangle without a corner');
+      head.indices[index + k] = corners[k] + vertex;
+    }
+    if (targets?.length !== EXPRESSIONS) fail('lacks its 52 shapes');
+    targets.forEach((target, shape) => head.shapes.set(read(target.POSITION), 4 * (shape * total + vertex)));
+    head.ranges[name] = [index, corners.length];
+    vertex += counts[place];
+    index += corners.length;
+  });
+  return head;
+}
+
+function fail(what) {
+  throw new AvatarError(`the bundle's web/head.glb ${what}; bake it again`);
+}
+
+function split(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  if (bytes.length < 20 || view.getUint32(0, true) !== 0x46546c67) fail('is no GLB file');
+  const length = view.getUint32(12, true);
+  if (20 + length + 8 > bytes.length) fail('is cut short');
+  const document = JSON.parse(new TextDecoder().decode(bytes.subarray(20, 20 + length)));
+  return { document, binary: bytes.subarray(28 + length) };
+}
+
+const KINDS = { 5120: Int8Array, 5122: Int16Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array };
+
+function readAccessor(document, binary, number) {
+  const accessor = document.accessors[number];
+  const packed = document.bufferViews[accessor.bufferView].extensions.EXT_meshopt_compression;
+  const { byteOffset = 0, byteLength, byteStride, count, mode } = packed;
+  if (count !== accessor.count || count > 4 * 2 ** 20 || byteStride > 256) fail('is damaged');
+  if (byteOffset + byteLength > binary.length) fail('is cut short');
+  const source = binary.subarray(byteOffset, byteOffset + byteLength);
+  const Kind = KINDS[accessor.componentType];
+  if (mode === 'ATTRIBUTES') return new Kind(decodeVertices(source, count, byteStride).buffer);
+  return Kind.from(decodeIndices(source, count));
+}

@@ -1,0 +1,196 @@
+/**
+ * Takes of Live Link Face (CSV), by the rules at the head of `bakery/formats/livelink.py`; the numbers
+ * in brackets are those of its rules.
+ */
+
+import { AvatarError } from './data.js';
+
+const BASE = 60;
+const DAY = 86400;
+const LARGEST = 256 * 2 ** 20;
+const HEAD = ['HeadYaw', 'HeadPitch', 'HeadRoll'];
+const EYES = ['Left', 'Right'].flatMap((eye) => ['Yaw', 'Pitch', 'Roll'].map((angle) => `${eye}Eye${angle}`));
+const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$/;
+const TIMECODE = /^(\d{1,2}):(\d{1,2}):(\d{1,2}):(\d{1,2}(?:\.\d+)?)$/;
+const DEGREES = 180 / Math.PI;
+
+/**
+ * @typedef {object} Take
+ * @property {Float64Array} seconds [N] from the first row
+ * @property {Float32Array[]} weights N times [52], in the order of `expressions`
+ * @property {number[][]} head N times yaw to the subject's left, pitch up, roll to its left; degrees
+ * @property {number[][] | null} eyes N times the mean gaze of both eyes: yaw, pitch; degrees
+ * @property {string[]} notes what was mended while reading
+ */
+
+/** A column's name as it is compared (2). */
+const plain = (name) =>
+  name.trim().replace(/_R$/, 'Right').replace(/_L$/, 'Left').replace(/[\s_]/g, '').toLowerCase();
+
+/**
+ * @param {string} name how messages call the file
+ * @param {Uint8Array} bytes
+ * @param {string[]} expressions the 52 names
+ * @returns {Take}
+ */
+export function parseTake(name, bytes, expressions) {
+  if (bytes.length > LARGEST) throw new AvatarError(`${name}: more than ${LARGEST >> 20} MiB; cut the take`);
+  let text;
+  try {
+    text = new TextDecoder('utf-8', { fatal: true }).decode(bytes);
+  } catch {
+    throw new AvatarError(`${name}: not text (UTF-8); give the CSV that Live Link Face wrote`);
+  }
+  const rows = text
+    .split(/\r\n|\n|\r/)
+    .map((line, k) => /** @type {[number, string]} */ ([k + 1, line]))
+    .filter(([, line]) => line.trim());
+  if (!rows.length) throw new AvatarError(`${name}: holds no rows; give the CSV that Live Link Face wrote`);
+  const header = rows[0][1].split(',').map((field) => field.trim());
+  const { places, notes } = findColumns(name, header, expressions);
+  const time = [];
+  const values = [];
+  const repeated = [];
+  const outside = { count: 0, most: 0, what: '' };
+  for (const [number, line] of rows.slice(1)) {
+    const fields = line.split(',').map((field) => field.trim());
+    let now = secondsOf(name, number, fields[places.get('timecode')] ?? '');
+    if (time.length && now < time.at(-1) - DAY / 2) now += DAY;
+    if (time.length && now <= time.at(-1)) {
+      repeated.push(number);
+      continue;
+    }
+    const filled = fields.flatMap((field, place) => (field ? [place] : []));
+    const bare = [places.get('timecode'), places.get('blendshapecount')];
+    const dropped = filled.length <= 2 && filled.every((place) => bare.includes(place));
+    values.push(dropped ? null : rowValues(name, number, fields, header, places, expressions, outside));
+    time.push(now);
+  }
+  const have = values.flatMap((row, k) => (row ? [k] : []));
+  if (!have.length) throw new AvatarError(`${name}: holds no frame with values; record the take again`);
+  if (repeated.length) notes.push(`${listed(repeated)} left out: not later than the row before`);
+  if (have.length < values.length) notes.push(`${values.length - have.length} dropped frames interpolated`);
+  if (outside.count) notes.push(`${outside.count} coefficients clamped to 0..1, the farthest ${outside.what}`);
+  fillDropped(time, values, have);
+  return {
+    seconds: Float64Array.from(time, (value) => value - time[0]),
+    weights: values.map((row) => row.weights),
+    head: values.map((row) => row.head),
+    eyes: values[0].eyes && values.map((row) => row.eyes),
+    notes,
+  };
+}
+
+function findColumns(name, header, expressions) {
+  const wanted = ['Timecode', 'BlendShapeCount', ...expressions];
+  const known = new Set([...wanted, ...HEAD, ...EYES].map((column) => column.toLowerCase()));
+  const places = new Map();
+  const others = [];
+  header.forEach((field, place) => {
+    const key = plain(field);
+    if (!known.has(key)) others.push(field || '(no name)');
+    else if (places.has(key)) throw new AvatarError(`${name}: row 1: column ${field} is there twice; remove one`);
+    else places.set(key, place);
+  });
+  const lacks = (column) => !places.has(column.toLowerCase());
+  const missing = wanted.filter(lacks);
+  for (const group of [HEAD, EYES]) {
+    const lacking = group.filter(lacks);
+    if (lacking.length < group.length) missing.push(...lacking);
+  }
+  if (missing.length) {
+    const more = missing.length > 6 ? ` and ${missing.length - 6} more` : '';
+    throw new AvatarError(`${name}: row 1: lacks column ${missing.slice(0, 6).join(', ')}${more}; give a CSV as Live Link Face writes it`);
+  }
+  return { places, notes: others.length ? [`column ${others.join(', ')} left out: not known`] : [] };
+}
+
+function secondsOf(name, row, text) {
+  const parts = TIMECODE.exec(text)?.slice(1).map(Number);
+  if (!parts || parts.some((part, k) => part >= [24, 60, 60, BASE][k])) {
+    throw new AvatarError(`${name}: row ${row}, column Timecode: '${text.slice(0, 40)}'; needs HH:MM:SS:FF.mmm, FF below ${BASE}`);
+  }
+  return parts[0] * 3600 + parts[1] * 60 + parts[2] + parts[3] / BASE;
+}
+
+function rowValues(name, row, fields, header, places, expressions, outside) {
+  if (fields.length !== header.length) {
+    throw new AvatarError(`${name}: row ${row}: ${fields.length} fields, the header has ${header.length}; mend or remove the row`);
+  }
+  const count = fields[places.get('blendshapecount')];
+  if (!/^\d+$/.test(count) || Number(count) !== header.length - 2) {
+    throw new AvatarError(`${name}: row ${row}, column BlendShapeCount: '${count.slice(0, 40)}', but the header has ${header.length - 2} columns of values; mend or remove the row`);
+  }
+  const read = (column) => {
+    const place = places.get(column.toLowerCase());
+    const text = fields[place];
+    if (!NUMBER.test(text) || !Number.isFinite(Number(text))) {
+      throw new AvatarError(`${name}: row ${row}, column ${header[place]}: '${text.slice(0, 40)}' is no number; mend or remove the row`);
+    }
+    return Number(text);
+  };
+  const angle = (column) => {
+    const value = read(column);
+    if (Math.abs(value) > 2 * Math.PI) {
+      throw new AvatarError(`${name}: row ${row}, column ${header[places.get(column.toLowerCase())]}: ${value} radians; angles in degrees must be converted`);
+    }
+    return value * DEGREES;
+  };
+  const weights = Float32Array.from(expressions, (column) => {
+    const value = read(column);
+    const beyond = Math.max(value - 1, -value);
+    if (beyond > 0) {
+      outside.count++;
+      if (beyond > outside.most) [outside.most, outside.what] = [beyond, `${column} ${value.toFixed(3)}`];
+    }
+    return Math.min(Math.max(value, 0), 1);
+  });
+  const head = places.has('headyaw') ? HEAD.map(angle).map((value, k) => (k < 2 ? -value : value)) : [0, 0, 0];
+  if (!places.has('lefteyeyaw')) return { weights, head, eyes: null };
+  const [yawL, pitchL, , yawR, pitchR] = EYES.map(angle);
+  return { weights, head, eyes: [-(yawL + yawR) / 2, -(pitchL + pitchR) / 2] };
+}
+
+/** Dropped frames lie on the line between their neighbours, in time (5). */
+function fillDropped(time, values, have) {
+  let next = 0;
+  values.forEach((row, k) => {
+    if (row) return;
+    while (next < have.length && have[next] < k) next++;
+    const a = have[Math.max(next - 1, 0)];
+    const b = have[Math.min(next, have.length - 1)];
+    const share = a === b ? 0 : Math.min(Math.max((time[k] - time[a]) / (time[b] - time[a]), 0), 1);
+    values[k] = mixRows(values[a], values[b], share);
+  });
+}
+
+const mix = (a, b, share) => a.map((value, k) => value + (b[k] - value) * share);
+const mixRows = (a, b, share) => ({
+  weights: mix(a.weights, b.weights, share),
+  head: mix(a.head, b.head, share),
+  eyes: a.eyes && mix(a.eyes, b.eyes, share),
+});
+
+/**
+ * The take at a time (10).
+ * @param {Take} take
+ * @param {number} seconds
+ */
+export function takeAt(take, seconds) {
+  const last = take.seconds.length - 1;
+  let [low, high] = [0, last];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (take.seconds[middle] <= seconds) low = middle;
+    else high = middle;
+  }
+  const step = take.seconds[high] - take.seconds[low];
+  const share = step > 0 ? Math.min(Math.max((seconds - take.seconds[low]) / step, 0), 1) : 0;
+  const row = (k) => ({ weights: take.weights[k], head: take.head[k], eyes: take.eyes && take.eyes[k] });
+  return mixRows(row(low), row(high), share);
+}
+
+function listed(numbers) {
+  const more = numbers.length > 6 ? ' ...' : '';
+  return `${numbers.length} row${numbers.length > 1 ? 's' : ''} (${numbers.slice(0, 6).join(', ')}${more})`;
+}
