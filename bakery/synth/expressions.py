@@ -85,6 +85,8 @@ def draw_expression(rng):
         out = with_eyes(rng, makers[kind](rng).astype(np.float32))
         out = out * np.clip(1 + 0.1 * rng.normal(size=len(out)), 0.5, 1.3)
     out[EXPRESSION_INDEX["tongueOut"]] = 0
+    jaw = EXPRESSION_INDEX["jawOpen"]  # few people open their mouths as far as the shape does
+    out[jaw] = out[jaw] if out[jaw] < 0.5 else 0.5 + 0.5 * (out[jaw] - 0.5)
     gaze = np.zeros(2)
     if rng.random() < 0.6:
         gaze = np.clip(rng.normal(size=2) * [14, 9], [-32, -22], [32, 22])

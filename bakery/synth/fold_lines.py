@@ -12,6 +12,10 @@ import numpy as np
 
 BROW = (70, 63, 105, 66, 107)
 HAIRLINE = (54, 103, 67, 109, 10)
+# Where muscles draw the corner of the mouth: to the cheekbone, back, down.
+UP = ((61, 116, 0.5), (61, 123, 0.5))
+BACK = ((61, 147, 0.6), (61, 123, 0.4))
+DOWN = ((61, 150, 0.5), (61, 136, 0.5))
 
 
 @dataclass(frozen=True)
@@ -24,7 +28,8 @@ class Line:
     onset: float  # share of the length lost at which it begins to show
     gain: float  # further share at which it is full
     left: bool = False  # mirrored to the subject's left
-    lean: float = 0.0  # -1..1: on which side of the curve the skin piles up
+    lean: float = 0.0  # 0..1: how much more of the skin piles up on the outer side
+    pulls: tuple = ()  # (landmark, landmark, weight): what shortens; () asks the skin at the fold
     wander: float = 0.4  # mm it strays from its course
     shift: np.ndarray = None  # [3] mm, this subject's own place
 
@@ -50,12 +55,11 @@ def subject_lines(rng, age):
     worn = float(np.clip(0.42 + 0.62 * old + rng.normal() * 0.12, 0.25, 1.2))
     onset = 0.035 * (1 - 0.7 * old)
     out = []
-    for kinds in _kinds(rng, old):
-        points, width, depth, gain, lean, place = kinds
+    for points, width, depth, gain, lean, place, *pulls in _kinds(rng, old):
         alike = rng.normal(size=3) * place
         for left in (False, True):
-            if rng.random() < 0.06 * (1 - old):
-                continue  # some lines show on one side only
+            if depth < 0.9 and rng.random() < 0.06 * (1 - old):
+                continue  # some small lines show on one side only
             out.append(
                 Line(
                     points=points,
@@ -65,6 +69,7 @@ def subject_lines(rng, age):
                     gain=gain * rng.uniform(0.85, 1.25),
                     left=left,
                     lean=lean,
+                    pulls=tuple(pulls[0]) if pulls else (),
                     wander=rng.uniform(0.25, 0.6),
                     shift=alike + rng.normal(size=3) * 0.35,
                 )
@@ -73,7 +78,7 @@ def subject_lines(rng, age):
 
 
 def _kinds(rng, old):
-    """Yield (points, width, depth, gain, lean, place) of lines on the right side."""
+    """Yield (points, width, depth, gain, lean, place[, pulls]) of lines on the right side."""
     yield from _forehead(rng)
     yield from _glabella(rng)
     yield from _eyes(rng, old)
@@ -86,7 +91,7 @@ def _kinds(rng, old):
 def _forehead(rng):
     """Frontalis lifts the brows: level lines, each of its own length and wave."""
     count = int(rng.integers(3, 7))
-    places = np.sort(rng.uniform(0.22, 0.88, count))
+    places = np.sort(rng.uniform(0.14, 0.74, count))
     overall = rng.uniform(0.5, 1.1)
     for t in places:
         first = int(rng.integers(0, 2))
@@ -96,7 +101,7 @@ def _forehead(rng):
         )
         if rng.random() < 0.7:  # reaches the middle
             points += ({9: 1 - t, 10: t},)
-        yield points, rng.uniform(1.5, 2.6), overall * rng.uniform(0.30, 0.62), 0.16, 0.0, 1.2
+        yield points, rng.uniform(1.5, 2.6), overall * rng.uniform(0.55, 1.05), 0.14, 0.0, 1.2
 
 
 def _glabella(rng):
@@ -108,7 +113,7 @@ def _glabella(rng):
             {107: 0.7 - out * 0.3, 9: 0.3 + out * 0.1, 55: 0.2},
             {107: 0.6, 9: 0.25, 151: 0.15},
         )
-        yield points, rng.uniform(1.4, 2.2), rng.uniform(0.30, 0.60) / (1 + k), 0.16, 0.0, 0.8
+        yield points, rng.uniform(1.4, 2.2), rng.uniform(0.6, 1.1) / (1 + 0.7 * k), 0.14, 0.0, 0.8
 
 
 def _eyes(rng, old):
@@ -123,14 +128,14 @@ def _eyes(rng, old):
     overall = rng.uniform(0.5, 1.15)
     for ray in rays:
         if rng.random() < 0.85:
-            yield ray, rng.uniform(1.0, 1.7), overall * rng.uniform(0.18, 0.38), 0.16, 0.0, 0.8
+            yield ray, rng.uniform(1.0, 1.7), overall * rng.uniform(0.35, 0.7), 0.14, 0.0, 0.8
     arcs = (
         ({226: 0.5, 31: 0.5}, {228: 0.75, 31: 0.25}, {229: 0.8, 230: 0.2}, {231: 1.0}, {232: 1.0}),
         ({31: 0.6, 117: 0.4}, {118: 0.5, 229: 0.5}, {119: 0.4, 230: 0.6}, {120: 0.4, 231: 0.6}),
         ({117: 0.9, 31: 0.1}, {118: 1.0}, {119: 1.0}, {120: 0.9, 121: 0.1}),
     )
     for k, arc in enumerate(arcs[: 2 + (rng.random() < 0.4 + 0.5 * old)]):
-        yield arc, 1.4 + 0.4 * k, rng.uniform(0.14, 0.30), 0.17, 0.0, 0.6
+        yield arc, 1.4 + 0.4 * k, rng.uniform(0.28, 0.55), 0.15, 0.0, 0.6
 
 
 def _nose(rng):
@@ -141,9 +146,9 @@ def _nose(rng):
         ({6: 0.8, 122: 0.2}, {196: 0.6, 188: 0.4}, {174: 0.5, 114: 0.5}),
     )
     for line in lines[: int(rng.integers(1, 4))]:
-        yield line, rng.uniform(1.1, 1.7), rng.uniform(0.16, 0.36), 0.16, 0.0, 0.6
+        yield line, rng.uniform(1.1, 1.7), rng.uniform(0.35, 0.65), 0.06, 0.0, 0.6
     if rng.random() < 0.6:
-        yield ({168: 1.0}, {168: 0.5, 193: 0.5}, {193: 0.7, 55: 0.3}), 1.6, 0.34, 0.16, 0.0, 0.6
+        yield ({168: 1.0}, {168: 0.5, 193: 0.5}, {193: 0.7, 55: 0.3}), 1.6, 0.6, 0.10, 0.0, 0.6
 
 
 def _cheeks(rng, old):
@@ -155,25 +160,26 @@ def _cheeks(rng, old):
         {216: 0.55, 212: 0.45},
         {212: 0.75, 57: 0.25},
     )
-    yield fold, rng.uniform(3.0, 4.6), rng.uniform(1.0, 2.0), 0.22, 0.75, 0.9
+    pulls = ((61, 117, 0.25), (61, 123, 0.3), (61, 147, 0.2), (98, 119, 0.25))
+    yield fold, rng.uniform(3.0, 4.8), rng.uniform(1.3, 2.4), 0.10, 0.75, 0.9, pulls
     if rng.random() < 0.35 + 0.5 * old:  # a second bracket outside the first
         yield (
             ({205: 0.6, 206: 0.4}, {207: 0.6, 216: 0.4}, {207: 0.4, 212: 0.6}, {214: 0.5, 212: 0.5}),
-            rng.uniform(2.2, 3.4), rng.uniform(0.35, 0.8), 0.20, 0.4, 1.5,
+            rng.uniform(2.2, 3.4), rng.uniform(0.6, 1.3), 0.16, 0.4, 1.5, UP,
         )  # fmt: skip
     if rng.random() < 0.30:
         yield (
             ({216: 0.5, 207: 0.5}, {212: 0.6, 207: 0.4}, {214: 0.5, 212: 0.5}),
-            rng.uniform(1.8, 2.8), rng.uniform(0.8, 1.5), 0.22, 0.0, 1.5,
+            rng.uniform(1.8, 2.8), rng.uniform(0.9, 1.7), 0.16, 0.0, 1.5, BACK,
         )  # fmt: skip
     yield (
         ({61: 0.5, 57: 0.5}, {57: 0.7, 43: 0.3}, {43: 0.6, 202: 0.4}),
-        rng.uniform(1.8, 2.6), rng.uniform(0.35, 0.8), 0.22, 0.3, 0.6,
+        rng.uniform(1.8, 2.6), rng.uniform(0.6, 1.2), 0.14, 0.3, 0.6, BACK,
     )  # fmt: skip
     if rng.random() < 0.3 + 0.6 * old:  # the marionette line
         yield (
             ({57: 0.6, 43: 0.4}, {202: 1.0}, {210: 0.6, 211: 0.4}),
-            rng.uniform(2.0, 3.0), rng.uniform(0.3, 0.8), 0.20, 0.3, 0.9,
+            rng.uniform(2.0, 3.0), rng.uniform(0.4, 1.0), 0.12, 0.3, 0.9, DOWN,
         )  # fmt: skip
 
 
@@ -197,7 +203,7 @@ def _chin_and_neck(rng):
     """Mentalis under the lower lip, and the line below the jaw."""
     yield (
         ({204: 0.5, 106: 0.5}, {194: 0.7, 182: 0.3}, {201: 0.6, 200: 0.4}, {200: 1.0}),
-        rng.uniform(2.2, 3.2), rng.uniform(0.4, 0.9), 0.20, 0.0, 0.6,
+        rng.uniform(2.2, 3.2), rng.uniform(0.5, 1.1), 0.14, 0.0, 0.6,
     )  # fmt: skip
     for line in (
         ({200: 0.6, 208: 0.4}, {208: 0.5, 199: 0.5}, {171: 0.5, 199: 0.5}),

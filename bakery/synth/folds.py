@@ -13,11 +13,12 @@ import numpy as np
 from bakery.generators.wrinkles import mirror_landmarks
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.noise import value_noise
+from bakery.landmarks import FACE
 from bakery.synth.chart import spline
 from bakery.synth.fold_lines import subject_lines
 
 SAMPLES = 40  # points of a fold's curve
-AROUND = 7.0  # mm, how far from a fold its tension is measured
+AROUND = (4.0, 3.2)  # mm from a fold within which its tension is measured: least, and a mm of width
 FULL = 1.25  # depth of a fold is held to this share of its full one
 
 
@@ -101,7 +102,11 @@ def make_folds(head, neutral, points, rng, age):
         margin = 4.5 * line.width
         rows = _within(columns, low - margin, high + margin)
         drawn.append((rows, _profile(line, curve, points[rows], int(rng.integers(2**31)))))
-        felt.append(_feel(curve, neutral, skin, centers) + (line.onset, line.gain))
+        if line.pulls:
+            feel = _pulled(line, head, neutral, mirror)
+        else:
+            feel = _feel(line, curve, neutral, skin, centers)
+        felt.append(feel + (line.onset, line.gain))
     counts = np.array([len(one[0]) for one in felt])
     return Folds(
         corners=np.concatenate([one[0] for one in felt]).astype(np.int32),
@@ -142,7 +147,7 @@ def _profile(line, curve, points, seed):
         return np.zeros(0, np.float32)
     wander = np.stack([value_noise(points, 8.0, seed + k) for k in range(3)], 1) * line.wander
     strength = np.clip(1 + 0.35 * value_noise(points, 5.0, seed + 5), 0.2, 1.8)
-    off, side, position = _beside(curve, points + wander)
+    off, side, position = _beside(curve, points + wander, line.left)
     fade = smoothstep(0, 0.22, position) * smoothstep(1, 0.78, position)
     width = line.width * (0.45 + 0.55 * fade)
     valley = np.exp(-((off / (0.55 * width)) ** 2))
@@ -174,26 +179,36 @@ def _nearest(curve, points, index, along):
                 along[n] = t
 
 
-def _beside(curve, points):
-    """Distance [n] mm from a curve, on which side (+1 right of it in the picture), and where 0..1."""
+def _beside(curve, points, left):
+    """Distance [n] mm from a curve, the side (+1 outwards of one that runs down), place 0..1."""
     index, along = np.zeros(len(points), np.int64), np.zeros(len(points))
     _nearest(np.ascontiguousarray(curve), np.ascontiguousarray(points, float), index, along)
     step = curve[index + 1] - curve[index]
     gap = points - (curve[index] + along[:, None] * step)
-    side = np.sign(step[:, 0] * gap[:, 1] - step[:, 1] * gap[:, 0])
+    side = np.sign(step[:, 0] * gap[:, 1] - step[:, 1] * gap[:, 0]) * (1 if left else -1)
     return np.linalg.norm(gap, axis=1), side, (index + along) / (len(curve) - 1)
 
 
-def _feel(curve, neutral, skin, centers):
+def _pulled(line, head, neutral, mirror):
+    """What `_feel` returns, for a fold that answers to what shortens between landmarks."""
+    nearest = head.landmark_vertices[np.arange(FACE), head.landmark_barycentric[:FACE].argmax(1)]
+    ends = np.array([[a, b] for a, b, _ in line.pulls])
+    ends = nearest[mirror[ends] if line.left else ends]
+    length = np.linalg.norm(neutral[ends[:, 1]] - neutral[ends[:, 0]], axis=1)
+    across = np.tile([1.0, 0.0], (len(ends), 1))
+    return ends[:, [0, 1, 1]], across, length, np.array([share for _, _, share in line.pulls])
+
+
+def _feel(line, curve, neutral, skin, centers):
     """Faces around a fold, the direction across it on each, that direction's length, weights."""
+    around = AROUND[0] + AROUND[1] * line.width
     columns = np.ascontiguousarray(centers.T)
-    near = _within(columns, curve.min(0) - AROUND, curve.max(0) + AROUND)
-    index, along = np.zeros(len(near), np.int64), np.zeros(len(near))
-    _nearest(np.ascontiguousarray(curve), np.ascontiguousarray(centers[near], float), index, along)
-    tangent = curve[index + 1] - curve[index]
-    gap = np.linalg.norm(centers[near] - curve[index] - along[:, None] * tangent, axis=1)
-    keep = gap < AROUND
-    near, tangent, gap = near[keep], tangent[keep], gap[keep]
+    near = _within(columns, curve.min(0) - around, curve.max(0) + around)
+    gap, _, position = _beside(curve, centers[near], line.left)
+    keep = gap < around
+    near, gap = near[keep], gap[keep]
+    at = np.minimum((position[keep] * (len(curve) - 1)).astype(int), len(curve) - 2)
+    tangent = curve[at + 1] - curve[at]
     a, b, c = (neutral[skin[near, k]].astype(float) for k in range(3))
     e1, e2 = b - a, c - a
     normal = np.cross(e1, e2)
@@ -206,6 +221,6 @@ def _feel(curve, neutral, skin, centers):
     determinant = np.maximum(g11 * g22 - g12**2, 1e-9)
     across = np.stack([g22 * p1 - g12 * p2, g11 * p2 - g12 * p1], 1) / determinant[:, None]
     image = across[:, :1] * e1 + across[:, 1:] * e2
-    weight = area * np.exp(-((gap / (0.6 * AROUND)) ** 2))
+    weight = area * np.exp(-((gap / (0.6 * around)) ** 2))
     length = np.maximum(np.linalg.norm(image, axis=1), 0.2)
     return skin[near], across, length, weight / max(weight.sum(), 1e-9)

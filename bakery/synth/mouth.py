@@ -29,7 +29,7 @@ def opening(kinds, numbers, pixel):
 
 
 def shade_inside(
-    name, points, normal, view, lips, inside, visibility, environment, reflectance=None
+    name, points, normal, view, lips, inside, visibility, environment, reflectance=None, reach=None
 ):
     """Colour [n, 3] linear of one part.
 
@@ -41,6 +41,7 @@ def shade_inside(
         visibility: [lamps, n].
         environment: the light.
         reflectance: [3] or [n, 3] in place of the one in PARTS_INSIDE.
+        reach: [n] share of the light that comes in between the lips, in place of a guess.
     """
     albedo, share, rough = PARTS_INSIDE[name]
     albedo = albedo if reflectance is None else reflectance
@@ -53,7 +54,7 @@ def shade_inside(
         light = light + facing[:, None] * lamp.color
     if name == "eye_socket":
         reach = np.ones(len(points))
-    else:
+    elif reach is None:
         depth = np.clip((lips - 4 - points[:, 2]) / DEPTH, 0, 4)
         reach = np.exp(-1.4 * depth) * (0.18 + 0.82 * smoothstep(0.3, 0.95, inside))
     roughness = np.full(len(points), rough, np.float32)

@@ -15,22 +15,30 @@ from bakery.generators.planes import face_mask, planes
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import LUMA, to_encoded
+from bakery.geometry.fill import smoothstep
 from bakery.geometry.noise import value_noise
+from bakery.geometry.sample import bilinear
+from bakery.heads.base import PARTS
+from bakery.landmarks import LIPS_INNER, LIPS_OUTER
 from bakery.stages import texture
 from bakery.stages.condition import condition, face_camera
 from bakery.stages.lids import close_lids
+from bakery.stages.texture_hair import Cover
 from bakery.stages.texture_lids import lid_skin
 from bakery.stages.warp import residual_offsets
 from bakery.synth import facial, film, quick, skins
 from bakery.synth.expressions import draw_expression, draw_view
 from bakery.synth.folds import make_folds
+from bakery.synth.noise import cells
 from bakery.synth.painted_skin import painted
 from bakery.synth.pairs import PaintedPair
 from bakery.synth.scene import portrait_camera, studio_light
+from bakery.synth.skin import MELANIN
 from bakery.synth.subject import random_subject
 from bakery.types import EXPRESSIONS, Fit, Landmarks, Photo
 
 REST = np.zeros(len(EXPRESSIONS), np.float32)
+LID = np.array([0.92, 0.87, 0.85], np.float32)  # thin skin of the lids over the skin around them
 PHOTO_SIZE = 2  # the photo has so many times the pixels of a target on a side
 
 
@@ -39,7 +47,7 @@ class PairOptions:
     """How pairs are painted."""
 
     size: int = 256  # S, pixels on a side
-    targets: int = 8  # pictures of one subject
+    targets: int = 12  # pictures of one subject
     spread: float = 0.8  # standard deviations of the identities
     # Size of the fit's mistakes, 1 as the fit has them: 0.25 standard deviations of identity, with the
     # landmarks mended but for 0.5 mm in the picture and half of the mistake in depth; 5% of each
@@ -67,12 +75,14 @@ def draw_figure(rng, stage, paths, options):
     light = draw_light(rng)
     environment = quick.turned(light, rotation.matrix(camera.rotation).T)
     if len(paths):
-        skin = skins.mixed(rng, paths, stage.rest)
-        albedo, rough, resting = skin.albedo, *bare_surface(rng, stage, neutral, traits.age)
+        albedo = marked(rng, stage, skins.mixed(rng, paths, stage.rest))
+        traits = alike(rng, stage, traits, albedo)
+        rough, resting = bare_surface(rng, stage, neutral, traits.age)
     else:
         albedo, rough, resting = painted(stage, traits)
     points = atlas.at(neutral)[stage.skin_rows]
     dome, openness = quick.bake_dome(own, neutral, environment)
+    lids = lid_skin(own, neutral, albedo, atlas)
     figure = quick.Figure(
         stage=stage,
         head=own,
@@ -82,7 +92,7 @@ def draw_figure(rng, stage, paths, options):
         rough=rough,
         height=resting,
         folds=make_folds(own, neutral, points, rng, traits.age),
-        lids=lid_skin(own, neutral, albedo, atlas),
+        lids=replace(lids, color=lids.color * LID),
         teeth=draw_teeth(rng),
         lashes=partial(facial.lashes, own, traits, share=0.6),
         environment=environment,
@@ -112,12 +122,9 @@ def draw_light(rng):
 
 def draw_teeth(rng):
     """Reflectance [3] of each part of the mouth: teeth from white to yellow, gums and tongue."""
-    white = np.array([0.74, 0.70, 0.63]) * rng.uniform(0.72, 1.08)
-    white = (
-        white
-        * np.array([1.0, 1.0, 1.0]) ** 1
-        * [1, 1 - 0.04 * (y := rng.uniform(0, 2)), 1 - 0.11 * y]
-    )
+    yellow = rng.uniform(0, 2)
+    white = np.array([0.74, 0.70, 0.63]) * [1, 1 - 0.04 * yellow, 1 - 0.11 * yellow]
+    white = white * rng.uniform(0.72, 1.08)
     gums = np.array([0.48, 0.20, 0.18]) * np.exp(rng.normal(size=3) * 0.08 + rng.normal() * 0.2)
     tongue = np.array([0.43, 0.165, 0.15]) * np.exp(rng.normal(size=3) * 0.06 + rng.normal() * 0.15)
     return {
@@ -127,6 +134,42 @@ def draw_teeth(rng):
         "gums_lower": gums,
         "tongue": tongue,
     }
+
+
+def alike(rng, stage, traits, albedo):
+    """The traits with the melanin and, of dark skin, the iris that go with the skin's colour."""
+    places = stage.head.landmark_uv()[:468] * len(albedo)
+    level = float(np.median(bilinear(albedo, places) @ LUMA))
+    melanin = float(np.clip(np.log(0.5 / max(level, 0.02)) / 0.7, 0.1, 3))
+    iris = traits.iris if melanin < 0.7 else str(rng.choice(["dark brown", "dark brown", "brown"]))
+    return replace(traits, melanin=melanin, iris=iris)
+
+
+def marked(rng, stage, albedo):
+    """A skin with what its photograph did not have: lipstick, freckles, moles [T, T, 3]."""
+    head, texels = stage.head, stage.atlas.size
+    out = albedo.copy()
+    if rng.random() < 0.2:
+        outer, inner = (
+            np.round(head.landmark_uv()[ring] * texels * 16).astype(np.int32)
+            for ring in (LIPS_OUTER, LIPS_INNER)
+        )
+        lips = np.zeros((texels, texels), np.float32)
+        cv2.fillPoly(lips, [outer], 1.0, cv2.LINE_AA, 4)
+        cv2.fillPoly(lips, [inner], 0.6, cv2.LINE_AA, 4)
+        lips = cv2.GaussianBlur(lips, (0, 0), 0.8)[..., None] * rng.uniform(0.25, 0.85)
+        color = np.array([0.42, 0.06, 0.08]) * np.exp(rng.normal(size=3) * [0.3, 0.5, 0.5])
+        out = out * (1 - lips) + np.clip(color, 0.01, 0.7) * (0.5 + out / out.mean()) / 1.5 * lips
+    places = stage.rest.reshape(-1, 3)
+    if rng.random() < 0.12:
+        near, own = cells(places, 2.3, int(rng.integers(2**31)))
+        spots = smoothstep(0.30 + 0.7 * own, 0.1 + 0.4 * own, near) * (own > 0.45)
+        spots = spots.reshape(texels, texels, 1) * rng.uniform(0.2, 0.6)
+        out = out * np.exp(-MELANIN * 0.6 * spots)
+    near, own = cells(places, 17.0, int(rng.integers(2**31)))
+    moles = smoothstep(1.6 * own, 0.7 * own, near) * (own > 1 - rng.uniform(0, 0.25))
+    out = out * np.exp(-MELANIN * 1.4 * moles.reshape(texels, texels, 1))
+    return out.astype(np.float32)
 
 
 def bare_surface(rng, stage, neutral, age):
@@ -178,10 +221,11 @@ def photograph(rng, figure, camera, balance, size):
         Photo, what it shows [H, W] (part or -1), and the exposure, a factor.
     """
     linear, kind = quick.paint(figure, REST, np.zeros(2), camera, 1)
-    skin = kind == 0
+    skin = kind == PARTS.index("skin")
     level = float(np.median(linear[skin] @ LUMA))
+    uv = figure.head.landmark_uv()
     # Cameras meter on the whole picture: dark skin comes out darker than light skin, but not by all.
-    typical = float(np.median(bilinear_mean(figure)))
+    typical = float(np.median(bilinear(figure.albedo, uv[:468] * len(figure.albedo)) @ LUMA))
     wanted = 0.30 * (typical / 0.30) ** 0.6 * np.exp(rng.normal() * 0.18)
     exposure = wanted / max(level, 1e-3)
     shown = quick.develop(linear, exposure, balance)
@@ -189,17 +233,6 @@ def photograph(rng, figure, camera, balance, size):
     noisy = shown + 0.3 * rng.random() * np.sqrt(np.maximum(shown, 0) * 1.2e-4) * noise
     encoded = to_encoded(noisy * (kind >= 0)[..., None])
     return Photo(encoded.astype(np.float32), "painted"), kind, exposure
-
-
-def bilinear_mean(figure):
-    """Luminance of the albedo at the landmarks [468]."""
-    from bakery.geometry.sample import bilinear
-
-    head = figure.head
-    uv = np.einsum(
-        "lkc,lk->lc", head.uv[head.uv_faces[head.landmark_faces]], head.landmark_barycentric
-    )
-    return bilinear(figure.albedo, uv[:468] * figure.albedo.shape[0]) @ LUMA
 
 
 def paint_subject(stage, paths, seed, options=PairOptions()):
@@ -228,8 +261,10 @@ def paint_subject(stage, paths, seed, options=PairOptions()):
     )  # fmt: skip
     low, high = marks.min(0), marks.max(0)
     found = Landmarks(np.concatenate([low, high - low]), 1.0, marks, np.ones(len(marks)))
-    mask = (kind == 0).astype(np.float32)
-    subject, _, _ = texture.prepare(photo, found, fit, neutral, head, mask, stage.atlas.size)
+    bald = np.zeros(kind.shape, np.float32)
+    cover = Cover((kind == PARTS.index("skin")).astype(np.float32), bald, bald)
+    prepared = texture.prepare(photo, found, fit, neutral, head, cover, stage.atlas.size)
+    subject = prepared.subject
 
     small = cv2.resize(photo.encoded, (size, size), interpolation=cv2.INTER_AREA)
     frontal = replace(

@@ -12,7 +12,9 @@ import numpy as np
 from bakery.generators.lids import lid_cover
 from bakery.geometry import camera as cameras
 from bakery.geometry import harmonics, rotation
+from bakery.geometry.fill import smoothstep
 from bakery.geometry.mesh import vertex_normals
+from bakery.geometry.noise import value_noise
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import INTERIOR, PARTS
@@ -21,18 +23,21 @@ from bakery.synth import film
 from bakery.synth import quick_kernels as kernels
 from bakery.synth.eyes import EYES, shade_eye
 from bakery.synth.light import Environment, ShadowMap, disc_directions, shine_on, transfer
-from bakery.synth.mouth import PARTS_INSIDE, opening, shade_inside
+from bakery.synth.mouth import PARTS_INSIDE, shade_inside
 from bakery.synth.skin import HAEMOGLOBIN
 from bakery.synth.strands import draw_strands
 from bakery.synth.surface import diffuse, highlights, scatter
 
 SHADOW_MAP = 256  # pixels
-KEY_SAMPLES, OTHER_SAMPLES = 5, 2  # directions of a lamp's disc
+KEY_SAMPLES, OTHER_SAMPLES = 4, 1  # directions of a lamp's disc
 DOME_SAMPLES = 32
+SOFT = 4.0  # mm of height over which a shadow's edge fades
 DRAWN = ("skin", *INTERIOR)
 WRAP = np.array([0.42, 0.16, 0.08])  # how far light creeps round, per channel
 # Blood that leaves skin under tension and gathers under compression, share of it per share of area.
-FLUSH = 1.1
+FLUSH = 0.5
+GROOVE = np.array([0.30, 0.38, 0.40])  # log-reflectance a mm of relief, per channel
+DEEP = 16.0  # mm behind the lips at which half of the light is left
 
 
 @dataclass(frozen=True)
@@ -153,7 +158,11 @@ def _maps(points, walls, lamp, number):
 def _visibility(maps, points, normals):
     """How much of each lamp [lamps, N] reaches points [N, 3]."""
     lifted = np.ascontiguousarray(points + normals * 0.8, np.float32)
-    return np.stack([np.mean([one.lit(lifted, 1.0, 3.0) for one in own], 0) for own in maps])
+    out = np.zeros((len(maps), len(lifted)), np.float32)
+    for total, own in zip(out, maps):
+        for one in own:
+            total += one.lit(lifted, 1.0, SOFT) / len(own)
+    return out
 
 
 def _skin(
@@ -206,7 +215,9 @@ def _skin(
     rough = np.clip(sampled[:, 3], 0.22, 0.9)
     gloss = highlights(normal, view, rough, 0.026, light, visible, openness)
     strength = figure.traits.gloss * 0.75 * cavity**2
-    image[rows, columns] = bounce * spread + gloss * strength[:, None]
+    # A groove too narrow to show in the light that spreads under the skin is still dark and red.
+    groove = np.exp(np.outer(np.clip(sampled[:, 2], -1.2, 0.5), GROOVE)).astype(np.float32)
+    image[rows, columns] = bounce * spread * groove + gloss * strength[:, None]
 
 
 def _inside(figure, image, fragments, kind, points, normals, posed, light, maps, pixel, fine):
@@ -214,9 +225,8 @@ def _inside(figure, image, fragments, kind, points, normals, posed, light, maps,
     head = figure.head
     marks = cameras.to_camera(head.landmarks(posed), fine)
     centers = cameras.to_camera(head.eye_centers(figure.neutral), fine)
-    lips = float(marks[[13, 14], 2].max())
     mouth = [PARTS.index(n) for n in PARTS_INSIDE if n != "eye_socket"]
-    within = opening(kind, mouth, pixel)
+    reach = _reach(kind, fragments.depth, mouth, pixel)
     surface = np.concatenate([points, normals], 1).astype(np.float32)
     for number, name in enumerate(PARTS):
         if name == "skin":
@@ -240,9 +250,40 @@ def _inside(figure, image, fragments, kind, points, normals, posed, light, maps,
         elif name in PARTS_INSIDE:
             view = -place / np.linalg.norm(place, axis=1, keepdims=True)
             image[rows, columns] = shade_inside(
-                name, place, normal, view, lips, within[rows, columns], visible, light,
-                figure.teeth.get(name),
+                name, place, normal, view, 0.0, None, visible, light,
+                _inner_color(figure, name, face, weight), reach[rows, columns],
             )  # fmt: skip
+
+
+def _reach(kind, depth, mouth, pixel):
+    """Share [H, W] of the light that comes in between the lips.
+
+    Points near a lip see less sky, points deep behind the lips see the opening under a smaller
+    angle. Lips bend back towards the corners: depth counts from the skin around each point.
+    """
+    inside = np.isin(kind, mouth).astype(np.float32)
+    if not inside.any():
+        return inside
+    skin = (kind == PARTS.index("skin")).astype(np.float32)
+    around = max(5.0 / pixel, 1.0)
+    near = cv2.GaussianBlur(inside, (0, 0), max(1.1 / pixel, 0.5))
+    lips = cv2.GaussianBlur(np.where(skin > 0, depth, 0), (0, 0), around)
+    lips /= np.maximum(cv2.GaussianBlur(skin, (0, 0), around), 1e-3)
+    behind = np.where(inside > 0, depth - lips - 3.0, 0)
+    deep = 1 / (1 + (np.maximum(behind, 0) / DEEP) ** 2)
+    return (deep * (0.45 + 0.55 * smoothstep(0.3, 0.95, near))).astype(np.float32)
+
+
+def _inner_color(figure, name, face, weight):
+    """Reflectance [n, 3] of teeth, gums and tongue; every tooth a little different."""
+    base = figure.teeth.get(name)
+    if base is None:
+        return None
+    rest = kernels.gather(face, weight, figure.head.faces, figure.head.mean)
+    tooth = value_noise(rest, 6.0, figure.traits.seed)
+    fine = value_noise(rest, 1.1, figure.traits.seed + 1)
+    strong = 0.35 if name.startswith("teeth") else 1.0
+    return base * np.exp(0.16 * strong * tooth + 0.10 * strong * fine)[:, None]
 
 
 def _lashes(figure, image, posed, depth, fine, light):

@@ -5,10 +5,10 @@ one person's reflectance: the unwrapped photo with its light divided out. A pain
 of them, so that none of the people looks out of a training picture.
 """
 
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from bakery.errors import InputError
@@ -16,35 +16,27 @@ from bakery.geometry import rotation
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.noise import value_noise
+from bakery.landmarks import FACE, OVAL
 from bakery.stages import texture
 from bakery.stages.atlas import make_atlas
 from bakery.stages.texture_complete import INFERRED, shading
 from bakery.synth.skin import HAEMOGLOBIN, MELANIN
 
 TEXELS = 512  # side of a skin; 0.5 mm on the face
-WHITE = 0.50  # luminance of the sclera's reflectance: what the eyes of all skins are scaled to
+INNER = (7.0, 17.0)  # mm from the landmarks within the contour: the photo counts, and ended
 EXPOSED = 0.85  # reflectance of what a photo shows as 1 at a frontal normal
 FEATURE = 24.0  # texels, blur that parts a skin's tone from its features
 
 
-@dataclass(frozen=True)
-class Skin:
-    """One person's reflectance."""
-
-    albedo: np.ndarray  # [T, T, 3] float32 linear, skin parts of the atlas only
-    balls: np.ndarray  # [2, n, n, 3] float32 linear, eye maps (generators.eyes)
-    iris: np.ndarray  # [2] degrees
-
-
-def unwrap(photo, landmarks, fit, neutral, head, mask):
+def unwrap(photo, landmarks, fit, neutral, head, cover):
     """The reflectance of a photographed person.
 
     Args, as for `stages.texture.prepare`.
 
     Returns:
-        Skin.
+        albedo [T, T, 3] float32 linear; meant for the skin parts of the atlas only.
     """
-    subject, source, _ = texture.prepare(photo, landmarks, fit, neutral, head, mask, TEXELS)
+    prepared = texture.prepare(photo, landmarks, fit, neutral, head, cover, TEXELS)
     atlas = make_atlas(head, TEXELS)
     vertices = head.vertices(neutral, fit.expression, fit.gaze)
     turn = rotation.matrix(fit.camera.rotation)
@@ -52,29 +44,34 @@ def unwrap(photo, landmarks, fit, neutral, head, mask):
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
     shade = atlas.paint(shading(normals, fit.light).astype(np.float32), 1)
     skin = atlas.paint(atlas.rows("skin").astype(np.float32))
-    albedo = EXPOSED * subject.texture / np.where(shade > 0, shade, 1)
-    sure = skin * (source != INFERRED)
-    albedo = np.where(skin[..., None] > 0, albedo, diffuse(albedo, sure))
-    white = np.percentile(subject.eyes.ball[:, 128].mean(-1), 75)
-    balls = subject.eyes.ball * (WHITE / max(float(white), 1e-3))
-    return Skin(np.clip(albedo, 0.004, 0.95).astype(np.float32), balls, subject.eyes.iris)
+    albedo = EXPOSED * prepared.subject.texture / np.where(shade > 0, shade, 1)
+    sure = skin * (prepared.source != INFERRED)
+    # The throat lies in the chin's shadow and hair darkens the jaw: both go on from the face.
+    inner = atlas.paint(atlas.at(_inner_face(head)[:, None])[:, 0])
+    smooth = diffuse(albedo, sure * (inner > 0.9))
+    albedo = np.where(skin[..., None] > 0, smooth + (albedo - smooth) * inner[..., None], smooth)
+    return np.clip(albedo, 0.004, 0.95).astype(np.float32)
 
 
-def save(path, skin):
-    """Write a skin as .npz, half precision."""
-    np.savez_compressed(
-        path,
-        albedo=skin.albedo.astype(np.float16),
-        balls=skin.balls.astype(np.float16),
-        iris=skin.iris,
-    )
+def _inner_face(head):
+    """1 at vertices [V] well within the face's contour, fading to 0 behind it."""
+    marks = head.landmarks(head.mean)[np.setdiff1d(np.arange(FACE), OVAL)]
+    distance = np.full(len(head.mean), np.inf)
+    for mark in marks:
+        distance = np.minimum(distance, ((head.mean - mark) ** 2).sum(1))
+    return smoothstep(*reversed(INNER), np.sqrt(distance)).astype(np.float32)
+
+
+def save(path, albedo):
+    """Write a skin [T, T, 3] as .npz, half precision."""
+    np.savez_compressed(path, albedo=albedo.astype(np.float16))
 
 
 @lru_cache(maxsize=96)
 def load(path):
-    """Read a skin; kept, since subjects draw from the same few dozen."""
+    """Read a skin [T, T, 3]; kept, since subjects draw from the same few dozen."""
     with np.load(path) as file:
-        return Skin(*(file[name].astype(np.float32) for name in ("albedo", "balls", "iris")))
+        return file["albedo"].astype(np.float32)
 
 
 def skins_of(folder, head):
@@ -92,7 +89,7 @@ def skins_of(folder, head):
 
 
 def mixed(rng, paths, points):
-    """A skin nobody has: features of two people, tone of a third one's range.
+    """A skin nobody has: the features of two people, a tone between theirs.
 
     Args:
         rng: numpy Generator.
@@ -100,11 +97,11 @@ def mixed(rng, paths, points):
         points: [T, T, 3] mm, the mean head at the texels.
 
     Returns:
-        Skin.
+        albedo [T, T, 3] float32 linear.
     """
-    first, second, eyes = (load(paths[k]) for k in rng.integers(len(paths), size=3))
-    tone_a, detail_a = _parted(_turned(rng, first.albedo))
-    tone_b, detail_b = _parted(_turned(rng, second.albedo))
+    first, second = (load(paths[k]) for k in rng.integers(len(paths), size=2))
+    tone_a, detail_a = _parted(_turned(rng, first))
+    tone_b, detail_b = _parted(_turned(rng, second))
     share = _share(rng, points)[..., None]
     lean = rng.uniform(0.0, 1.0)
     tone = tone_a + lean * (tone_b - tone_a)
@@ -113,11 +110,7 @@ def mixed(rng, paths, points):
     pigment = shift[0] * MELANIN + shift[1] * HAEMOGLOBIN
     gain = rng.uniform(0.85, 1.2)
     albedo = np.exp(tone + gain * detail - pigment)
-    color = np.exp(rng.normal(size=3) * 0.06 + rng.normal() * 0.12)
-    balls = (eyes.balls if rng.random() < 0.5 else eyes.balls[::-1, :, ::-1]) * color
-    return Skin(
-        np.clip(albedo, 0.004, 0.95).astype(np.float32), balls.astype(np.float32), eyes.iris
-    )
+    return np.clip(albedo, 0.004, 0.95).astype(np.float32)
 
 
 def _turned(rng, albedo):
@@ -127,8 +120,6 @@ def _turned(rng, albedo):
 
 def _parted(albedo):
     """log albedo as smooth tone and features [T, T, 3] each."""
-    import cv2
-
     whole = np.log(np.maximum(albedo, 4e-3))
     small = cv2.resize(whole, (TEXELS // 8, TEXELS // 8), interpolation=cv2.INTER_AREA)
     tone = cv2.resize(cv2.GaussianBlur(small, (0, 0), FEATURE / 8), (TEXELS, TEXELS))

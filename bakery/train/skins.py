@@ -2,7 +2,7 @@
 
 from bakery import steps
 from bakery.errors import InputError
-from bakery.stages.segment import HAIR
+from bakery.stages.texture_hair import cover_of
 from bakery.synth import skins
 
 PATTERN = "*_neutral.jpg"
@@ -32,6 +32,6 @@ def unwrap_folder(photos, head, output):
         photo, landmarks = steps.one_face(path)
         fit, segmentation = steps.place_head(path, photo, landmarks, head)
         own, neutral = steps.own_head(head, fit)
-        mask = steps.clear_of_hair(segmentation.skin, segmentation.labels == HAIR, landmarks.points)
-        skins.save(target, skins.unwrap(photo, landmarks, fit, neutral, own, mask))
+        cover = cover_of(segmentation, landmarks.points)
+        skins.save(target, skins.unwrap(photo, landmarks, fit, neutral, own, cover))
         yield target
