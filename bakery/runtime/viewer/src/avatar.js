@@ -95,6 +95,7 @@ export class Avatar {
     this.stats = { drawCalls: 0, uniformBytes: 0, milliseconds: 0, medians: 0, compositions: 0 };
     const bottom = head.positions.reduce((low, value, k) => (k % 3 === 1 ? Math.min(low, value) : low), 0);
     this.bottom = bottom;
+    this.lips = meanDepth(head, 'mouth_sheet');
     this.#upload(pictures);
     Object.values(pictures).forEach((picture) => picture.close());
     this.canvas.addEventListener('webglcontextlost', (event) => {
@@ -441,12 +442,14 @@ export class Avatar {
     gl.uniform1i(head.at('shown'), this.index.get(options.layerExpression));
     gl.uniform1i(head.at('lit'), Number(options.light && !inPhoto && !exact));
     gl.uniform1i(head.at('inPhoto'), Number(inPhoto));
-    gl.uniform1i(head.at('soft'), Number(!exact && !inPhoto));
+    gl.uniform1i(head.at('soft'), Number(!exact));
+    gl.uniform1f(head.at('scale'), -view.focal / view.translation[2]);
     gl.uniform3fv(head.at('light'), about.light.flat());
+    gl.uniform1f(head.at('lips'), this.lips);
     gl.uniform2f(head.at('fade'), this.bottom + 2, this.bottom + FADE);
     gl.uniform4fv(head.at('frame'), frame);
     gl.uniform1f(head.at('tall'), view.height);
-    this.stats.uniformBytes += 128 + 8 * count + 48 + 24 + 24 + 108 + 8 + 20;
+    this.stats.uniformBytes += 128 + 8 * count + 48 + 24 + 24 + 108 + 8 + 28;
     gl.bindVertexArray(textures.array);
     const runs = options.mouth === 'geometry' ? textures.runs.geometry : textures.runs.image;
     for (const [first, size] of runs) {
@@ -460,6 +463,14 @@ export class Avatar {
   dispose() {
     this.#gl.getExtension('WEBGL_lose_context')?.loseContext();
   }
+}
+
+/** How far forward a piece of the head is at rest, mm. */
+function meanDepth(head, name) {
+  const [first, count] = head.ranges[name];
+  let sum = 0;
+  for (let k = first; k < first + count; k++) sum += head.positions[3 * head.indices[k] + 2];
+  return sum / count;
 }
 
 function readPixels(gl, width, height) {

@@ -1,10 +1,10 @@
 /**
  * How the portrait around the face is pulled along with it, so that a jaw that drops leaves no second
- * jaw behind. For each expression a field is found once, at load; a frame's field is their sum.
- * `over_photo` in `bakery/runtime/render.py` is the slow original.
+ * jaw behind. The skin is followed at the cells of a coarse grid, and the field goes on smoothly between
+ * the face and what is far from it. `over_photo` in `bakery/runtime/render.py` is the slow original.
  */
 
-import { project, viewOf } from './camera.js';
+import { viewOf } from './camera.js';
 
 const COLUMNS = 64;
 const REACH = 0.12; // of the photo's height: where the pull begins to fade
@@ -15,43 +15,85 @@ export class Flow {
    * @param {import('./glb.js').Head} head
    */
   constructor(about, head) {
-    const view = viewOf(about.photo_camera);
+    this.view = viewOf(about.photo_camera);
     this.columns = COLUMNS;
-    this.rows = Math.max(8, Math.round((COLUMNS * view.height) / view.width));
-    this.pose = about.pose.weights;
-    const cells = this.columns * this.rows;
-    const { owner, places } = this.#visible(view, head);
-    const mass = this.#mass(owner);
-    this.fields = about.expressions.map((_, e) => this.#field(view, head, e, owner, places, mass));
-    this.sum = new Float32Array(2 * cells);
+    this.rows = Math.max(8, Math.round((COLUMNS * this.view.height) / this.view.width));
+    this.step = head.reach / 32767;
+    const pose = about.pose.weights;
+    const owner = this.#visible(head, pose);
+    this.mass = this.#mass(owner);
+    this.cells = Int32Array.from(owner.keys()).filter((cell) => owner[cell] >= 0);
+    const count = this.cells.length;
+    const total = head.part.length;
+    this.rest = new Float32Array(3 * count);
+    this.shapes = pose.map(() => new Int16Array(3 * count));
+    this.cells.forEach((cell, k) => {
+      const vertex = owner[cell];
+      for (let axis = 0; axis < 3; axis++) {
+        this.rest[3 * k + axis] = head.positions[3 * vertex + axis];
+        this.shapes.forEach((shape, e) => {
+          shape[3 * k + axis] = head.shapes[4 * (e * total + vertex) + axis];
+        });
+      }
+    });
+    this.place = new Float32Array(3 * count);
+    this.values = new Float32Array(2 * owner.length);
+    this.before = new Float32Array(2 * count);
+    this.#project(pose, this.before);
   }
 
-  /** The nearest vertex in each cell, -1 for none, and the vertices of the pose in the photo. */
-  #visible(view, head) {
+  /** The nearest vertex of the skin in each cell of the photo, -1 for none. */
+  #visible(head, pose) {
+    const { columns, rows } = this;
     const [first, count] = head.ranges.skin;
-    let last = 0;
-    for (let k = first; k < first + count; k++) last = Math.max(last, head.indices[k]);
     const total = head.part.length;
-    const step = head.reach / 32767;
-    const places = new Float32Array(3 * (last + 1));
-    const owner = new Int32Array(this.columns * this.rows).fill(-1);
-    const depth = new Float32Array(owner.length).fill(Infinity);
-    for (let v = 0; v <= last; v++) {
-      for (let axis = 0; axis < 3; axis++) {
-        let value = head.positions[3 * v + axis];
-        for (let e = 0; e < this.pose.length; e++) {
-          if (this.pose[e]) value += this.pose[e] * step * head.shapes[4 * (e * total + v) + axis];
-        }
-        places[3 * v + axis] = value;
+    const skin = [...new Set(head.indices.subarray(first, first + count))];
+    const places = Float32Array.from({ length: 3 * skin.length }, (_, k) => head.positions[3 * skin[Math.floor(k / 3)] + (k % 3)]);
+    pose.forEach((weight, e) => {
+      if (!weight) return;
+      for (let n = 0; n < skin.length; n++) {
+        const at = 4 * (e * total + skin[n]);
+        for (let axis = 0; axis < 3; axis++) places[3 * n + axis] += weight * this.step * head.shapes[at + axis];
       }
-      const [x, y, z] = project(view, places.subarray(3 * v, 3 * v + 3));
-      const column = Math.floor((x / view.width) * this.columns);
-      const row = Math.floor((y / view.height) * this.rows);
-      if (column < 0 || row < 0 || column >= this.columns || row >= this.rows) continue;
-      const cell = row * this.columns + column;
-      if (z < depth[cell]) [depth[cell], owner[cell]] = [z, v];
+    });
+    const pixels = new Float32Array(2 * skin.length);
+    const depth = this.#pixels(places, pixels);
+    const owner = new Int32Array(columns * rows).fill(-1);
+    const nearest = new Float32Array(owner.length).fill(Infinity);
+    for (let n = 0; n < skin.length; n++) {
+      const column = Math.floor(pixels[2 * n] * columns);
+      const row = Math.floor(pixels[2 * n + 1] * rows);
+      if (column < 0 || row < 0 || column >= columns || row >= rows) continue;
+      const cell = row * columns + column;
+      if (depth[n] < nearest[cell]) [nearest[cell], owner[cell]] = [depth[n], skin[n]];
     }
-    return { owner, places };
+    return owner;
+  }
+
+  /** Points [3 n] to shares of the photo [2 n]; returns their distances, mm. */
+  #pixels(points, out) {
+    const { rotation: r, translation: t, focal, center, width, height } = this.view;
+    const count = points.length / 3;
+    const depth = new Float32Array(count);
+    for (let k = 0; k < count; k++) {
+      const [x, y, z] = [points[3 * k], points[3 * k + 1], points[3 * k + 2]];
+      depth[k] = -(r[6] * x + r[7] * y + r[8] * z + t[2]);
+      const scale = focal / depth[k];
+      out[2 * k] = (center[0] + (r[0] * x + r[1] * y + r[2] * z + t[0]) * scale) / width;
+      out[2 * k + 1] = (center[1] - (r[3] * x + r[4] * y + r[5] * z + t[1]) * scale) / height;
+    }
+    return depth;
+  }
+
+  /** Where the skin of each bound cell is for weights [52], into `out` [2 n]. */
+  #project(weights, out) {
+    this.place.set(this.rest);
+    this.shapes.forEach((shape, e) => {
+      const scale = weights[e] * this.step;
+      if (scale === 0) return;
+      for (let k = 0; k < shape.length; k++) this.place[k] += scale * shape[k];
+    });
+    this.#pixels(this.place, out);
   }
 
   /** How far each cell is bound: 1 on the face and far from it, 0 where it is filled in. */
@@ -79,40 +121,20 @@ export class Flow {
     return away.map((distance) => (distance === 0 ? 1 : Math.min(Math.max(distance / reach - 1, 0), 1)));
   }
 
-  /** Where the photo of each cell comes from at weight 1 of an expression, in shares of the photo. */
-  #field(view, head, expression, owner, places, mass) {
-    const total = head.part.length;
-    const step = head.reach / 32767;
-    const values = new Float32Array(2 * owner.length);
-    let moves = false;
-    owner.forEach((vertex, cell) => {
-      if (vertex < 0) return;
-      const at = 4 * (expression * total + vertex);
-      const shape = [0, 1, 2].map((axis) => head.shapes[at + axis] * step);
-      if (!shape.some((value) => Math.abs(value) > 0.01)) return;
-      const rest = Array.from(places.subarray(3 * vertex, 3 * vertex + 3));
-      const [x, y] = project(view, rest);
-      const [u, v] = project(view, rest.map((value, axis) => value + shape[axis]));
-      values[2 * cell] = (x - u) / view.width;
-      values[2 * cell + 1] = (y - v) / view.height;
-      moves = true;
-    });
-    return moves ? diffuse(values, mass, this.columns, this.rows) : null;
-  }
-
   /**
-   * The field of a frame.
+   * The field of a frame: where the photo of each cell comes from, in shares of the photo.
    * @param {ArrayLike<number>} weights [52]
    * @returns {Float32Array} [2 cells]
    */
   at(weights) {
-    this.sum.fill(0);
-    this.fields.forEach((field, e) => {
-      const weight = weights[e] - this.pose[e];
-      if (!field || Math.abs(weight) < 1e-4) return;
-      for (let k = 0; k < field.length; k++) this.sum[k] += weight * field[k];
-    });
-    return this.sum;
+    const { cells, values, before } = this;
+    const now = new Float32Array(before.length);
+    this.#project(weights, now);
+    for (let k = 0; k < cells.length; k++) {
+      values[2 * cells[k]] = before[2 * k] - now[2 * k];
+      values[2 * cells[k] + 1] = before[2 * k + 1] - now[2 * k + 1];
+    }
+    return diffuse(values, this.mass, this.columns, this.rows);
   }
 }
 

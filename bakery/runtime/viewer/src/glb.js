@@ -3,8 +3,8 @@
 import { AvatarError, EXPRESSIONS } from './data.js';
 import { decodeIndices, decodeVertices } from './meshopt.js';
 
-// The order in which the pieces are drawn; the first four are the image-based head.
-export const PIECES = ['skin', 'eye_cap_left', 'eye_cap_right', 'mouth_sheet', 'inside', 'teeth', 'tongue'];
+// The order in which the pieces are drawn. The first four are the image-based head.
+export const PIECES = ['eye_cap_left', 'eye_cap_right', 'skin', 'mouth_sheet', 'inside', 'teeth', 'tongue'];
 const MOST_VERTICES = 65535;
 
 /**
@@ -31,7 +31,7 @@ export function parseHead(bytes) {
   const reach = scale[0] * 1000;
   const byName = new Map(mesh.primitives.map((one) => [document.materials[one.material].name, one]));
   const used = PIECES.filter((name) => byName.has(name));
-  if (used[0] !== 'skin') fail('lacks its skin');
+  if (PIECES.slice(0, 4).some((name) => !byName.has(name))) fail('lacks its skin, eyes or mouth');
   const read = (index) => readAccessor(document, binary, index);
 
   const counts = used.map((name) => document.accessors[byName.get(name).attributes.POSITION].count);

@@ -122,18 +122,18 @@ uniform vec2 moving[52]; // shape, millimetres of a step
 out vec2 uv;
 out vec3 toward;
 out vec3 bent;
-out float height;
+out vec2 place; // mm: height and depth at rest
 flat out uint part;
 void main() {
   vec3 p = position;
-  ivec2 place = ivec2(gl_VertexID & 255, gl_VertexID >> 8);
+  ivec2 cell = ivec2(gl_VertexID & 255, gl_VertexID >> 8);
   for (int k = 0; k < count; k++)
-    p += moving[k].y * vec3(texelFetch(shapes, ivec3(place, int(moving[k].x)), 0).xyz);
+    p += moving[k].y * vec3(texelFetch(shapes, ivec3(cell, int(moving[k].x)), 0).xyz);
   uv = texel;
   part = piece;
   bent = normal.xyz;
   toward = mat3(view) * normal.xyz;
-  height = position.y;
+  place = position.yz;
   gl_Position = projection * (view * vec4(p, 1.0));
 }`;
 
@@ -143,7 +143,7 @@ precision highp sampler2DArray;
 in vec2 uv;
 in vec3 toward;
 in vec3 bent;
-in float height;
+in vec2 place;
 flat in uint part;
 uniform sampler2D face, mouth, gaze, coverage, photo, flow;
 uniform sampler2DArray masks;
@@ -153,9 +153,12 @@ uniform vec2 slide; // of the eyes' picture, beyond its own direction
 uniform int layer, shown;
 uniform bool lit, inPhoto, soft;
 uniform vec3 light[9];
+uniform float lips; // mm: how far forward they are at rest
 uniform vec2 fade; // mm, where the bust ends and where it is whole
 uniform vec4 frame; // of the photo: left, top, width, height in pixels of the target
 uniform float tall; // pixels of the target
+uniform float scale; // pixels a millimetre
+const float SHADE = 1.4; // mm
 out vec4 color;
 ${COLOR}
 vec3 four(sampler2D map, ivec2 corner, ivec2 size, vec2 local) {
@@ -181,6 +184,7 @@ float studio(vec3 n) {
   float rim = pow(1.0 - clamp(n.z, 0.0, 1.0), 3.0) * max(n.y + 0.4, 0.0);
   return 0.85 * key + 0.32 * fill + 0.5 * rim + 0.1;
 }
+float shade(float behind) { return 0.05 + 0.6 * exp(-max(behind, 0.0) / 13.0); }
 vec3 heat(float x) {
   return clamp(vec3(1.9 * x, 2.4 * x - 0.7, 0.25 + 1.6 * x - 2.6 * x * x + 1.2 * x * x * x), 0.0, 1.0);
 }
@@ -188,25 +192,31 @@ void main() {
   vec3 c;
   float known = 1.0;
   if (part == 3u) {
-    c = four(mouth, ivec2(0), textureSize(mouth, 0), (uv - places[2].xy) / places[2].zw);
-  } else if (part == 1u || part == 2u) {
-    vec4 box = places[int(part) - 1];
-    c = four(gaze, eyeCorner + ivec2(int(part) - 1, 0) * eyeCell, eyeCell, (uv - box.xy) / box.zw - slide);
+    vec2 local = (uv - places[2].xy) / places[2].zw;
+    c = four(mouth, ivec2(0), textureSize(mouth, 0), local);
+    if (soft) { // the lips' shade, so that the sheet does not end at a line
+      vec2 away = min(local, 1.0 - local) / max(fwidth(local), 1e-5) / scale; // mm
+      c *= mix(vec3(0.42, 0.34, 0.33), vec3(1.0), smoothstep(0.0, SHADE, min(away.x, away.y)));
+    }
+  } else if (part < 2u) {
+    vec4 box = places[int(part)];
+    c = four(gaze, eyeCorner + ivec2(int(part), 0) * eyeCell, eyeCell, (uv - box.xy) / box.zw - slide);
   } else {
     c = texture(face, uv).rgb;
-    if (part == 0u) known = texture(coverage, uv).r;
+    if (part == 2u) known = texture(coverage, uv).r;
+    else c *= shade(lips - place.y) * vec3(1.0, 0.93, 0.9); // light falls off behind the lips
   }
   if (layer == 1) {
     ivec3 size = textureSize(masks, 0);
     float a = texture(masks, vec3(uv, float(shown / 4)))[shown % 4];
     float gray = dot(c, vec3(0.2126, 0.7152, 0.0722));
-    c = part == 0u ? toLinear(heat(a)) * (0.25 + 1.5 * gray) : vec3(gray);
+    c = part == 2u ? toLinear(heat(a)) * (0.25 + 1.5 * gray) : vec3(gray);
   } else if (layer == 2) {
     int kind = int(texelFetch(coverage, ivec2(uv * vec2(textureSize(coverage, 0))), 0).g * 4.25 + 0.5);
     vec3 tint = kind == 1 ? vec3(0.10, 0.55, 0.25) : kind == 2 ? vec3(0.10, 0.35, 0.75)
       : kind == 3 ? vec3(0.85, 0.45, 0.05) : kind == 4 ? vec3(0.65, 0.10, 0.45) : vec3(0.2);
     float gray = dot(c, vec3(0.2126, 0.7152, 0.0722));
-    c = part == 0u ? tint * (0.25 + 1.5 * gray) : vec3(gray);
+    c = part == 2u ? tint * (0.25 + 1.5 * gray) : vec3(gray);
   } else if (layer == 3) {
     vec2 line = abs(fract(uv * 32.0) - 0.5);
     float grid = smoothstep(0.46, 0.48, max(line.x, line.y));
@@ -217,7 +227,7 @@ void main() {
     float was = harmonics(n) / max(harmonics(vec3(0.0, 0.0, 1.0)), 0.05);
     float now = studio(normalize(toward)) / studio(vec3(0.0, 0.0, 1.0));
     float ratio = clamp(now / max(was, 0.35), 0.15, 2.2);
-    c *= part == 0u ? ratio : mix(1.0, ratio, 0.5);
+    c *= part == 2u ? ratio : mix(1.0, ratio, 0.5);
   }
   float alpha = 1.0;
   if (inPhoto) {
@@ -225,7 +235,7 @@ void main() {
     vec3 around = texture(photo, here + texture(flow, here).xy).rgb;
     if (layer == 0) c = mix(around, c, known);
   } else if (soft) {
-    alpha = smoothstep(fade.x, fade.y, height);
+    alpha *= smoothstep(fade.x, fade.y, place.x);
   }
   color = vec4(toEncoded(c), alpha);
 }`;
@@ -253,6 +263,11 @@ void main() {
   vec3 encoded = c + (noise(gl_FragCoord.xy) - 0.5) / 255.0; // against bands
   if (inPhoto) {
     vec2 here = (pixel - frame.xy) / frame.zw;
+    float far = max(max(-here.x, here.x - 1.0), max(-here.y, here.y - 1.0));
+    vec3 around = textureLod(photo, clamp(here, vec2(0.02), vec2(0.98)), 6.0).rgb * 0.5
+      + textureLod(photo, clamp(here, vec2(0.1), vec2(0.9)), 8.0).rgb * 0.5;
+    encoded = toEncoded(around * mix(0.34, 0.12, smoothstep(0.0, 0.6, far)))
+      + (noise(gl_FragCoord.xy) - 0.5) / 255.0;
     if (all(greaterThanEqual(here, vec2(0.0))) && all(lessThan(here, vec2(1.0))))
       encoded = toEncoded(texture(photo, here + texture(flow, here).xy).rgb);
   }

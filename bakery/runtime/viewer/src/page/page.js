@@ -124,6 +124,7 @@ class Page {
       straighten(avatar, () => {});
       showStage(value);
       this.light.hidden = this.headRows.hidden = value === 'photo';
+      this.hint();
       this.request(false);
       say(value === 'photo' ? 'In the photo' : 'Studio');
     });
@@ -140,16 +141,24 @@ class Page {
       this.facts(about),
     );
     this.light.hidden = this.headRows.hidden = avatar.inPhoto;
+    this.hint();
+  }
+
+  hint() {
+    const coarse = matchMedia('(pointer: coarse)').matches;
+    document.getElementById('hint').textContent = [
+      ...(this.avatar.inPhoto ? [] : ['Drag to turn']), 'Drag an eye to move the gaze', ...(coarse ? [] : ['Drop a Live Link Face CSV to play it']),
+    ].join(' \u00b7 ');
   }
 
   expressions(about) {
-    const chips = (rows) => make('div', { className: 'chips' }, ...rows.map(([name, weights]) =>
-      make('button', { type: 'button', value: name, onclick: () => this.go(weights) }, words(name))));
+    const chips = (rows, before = '') => make('div', { className: 'chips' }, ...rows.map(([name, weights]) =>
+      make('button', { type: 'button', value: name, 'aria-label': before + words(name), onclick: () => this.go(weights) }, words(name))));
     const { expressions, about: facts } = this.avatar;
     const keys = facts.keys.map((key) => [key.name, Object.fromEntries(expressions.map((name, k) => [name, key.weights[k]]))]);
     return section('Expressions',
       chips([['neutral', {}], ...Object.entries(about.named)]),
-      make('h3', {}, 'Key expressions of the bake'), chips(keys));
+      make('h3', {}, 'Key expressions of the bake'), chips(keys, 'Key '));
   }
 
   gazeAndHead() {
