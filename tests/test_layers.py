@@ -11,8 +11,9 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "bakery"
 LAYERS = [
     {"errors"}, {"check"}, {"types", "landmarks"}, {"geometry"}, {"formats"},
-    {"heads", "detectors", "generators", "preset"}, {"stages"}, {"synth"}, {"runtime"},
-    {"steps"}, {"pipeline", "frames", "checkup", "train"}, {"evaluate"}, {"cli"}, {"__main__"},
+    {"heads", "detectors", "generators", "preset"}, {"stages"}, {"synth"}, {"runtime", "drivers"},
+    {"steps"}, {"sitter"}, {"pipeline", "frames", "movies", "checkup", "train"},
+    {"evaluate", "portrayal"}, {"cli"}, {"__main__"},
 ]  # fmt: skip
 RANK = {part: rank for rank, parts in enumerate(LAYERS) for part in parts}
 # A generator draws heads and is handed their conditions: these two plug-in points build on heads.

@@ -24,6 +24,8 @@ COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of th
     "preview": ("preview", "Write a page that plays an avatar in a browser."),
     "render": ("render", "Draw a frame of an avatar."),
     "recover": ("render", "Write the texture of single expressions (eq. 4)."),
+    "animate": ("animate", "Play a take into a video."),
+    "retarget": ("animate", "Change a take: rest, strength."),
     "heads": ("heads", "List, show and import head models."),
     "doctor": ("doctor", "Check this installation."),
     "synth": ("synth", "Paint synthetic portraits."),

@@ -1,0 +1,216 @@
+"""Video clips in, videos out: pictures by OpenCV, everything around them by `mp4` and `webm`.
+
+OpenCV's wheels bring FFmpeg under the LGPL with libvpx (BSD) and no GPL encoder; PyAV's and
+imageio-ffmpeg's bring x264 and x265 (GPL), so they are not used. Of what is left, VP8 plays in every
+browser (7 ms a frame of 512x512 on one core) and MPEG-4 in players and editors (1 ms); VP9 takes
+90 ms, for OpenCV passes no speed to its encoder.
+"""
+
+import os
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+from xml.sax.saxutils import escape
+
+import cv2
+import numpy as np
+
+from bakery.errors import InputError
+from bakery.formats import mp4, webm
+
+KINDS = {".mp4": ("mp4v", ".mp4"), ".webm": ("VP80", ".ivf")}  # ending -> FourCC, of the parts
+LARGEST_SIDE = 4096  # pixels
+# OpenCV's change to YUV cuts off instead of rounding: grey 118 came back as (115, 117, 114).
+LIFT = (1.0, 0.0, 1.0, 0.0)
+SOURCE_TYPE = "Iptc4xmpExt:DigitalSourceType"
+XMP = """<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>
+<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">
+<rdf:Description rdf:about="" xmlns:Iptc4xmpExt="http://iptc.org/std/Iptc4xmpExt/2008-02-29/"
+ xmlns:dc="http://purl.org/dc/elements/1.1/">
+<Iptc4xmpExt:DigitalSourceType>{source}</Iptc4xmpExt:DigitalSourceType>
+<dc:description><rdf:Alt><rdf:li xml:lang="x-default">{note}</rdf:li></rdf:Alt></dc:description>
+</rdf:Description></rdf:RDF></x:xmpmeta>
+<?xpacket end="r"?>"""
+
+
+@dataclass(frozen=True)
+class Note:
+    """What a video says about itself."""
+
+    text: str
+    source_type: str  # IPTC digital source type, a URL
+
+
+class Clip:
+    """A video file, frame by frame."""
+
+    def __init__(self, path):
+        """Open a video.
+
+        Raises:
+            InputError: no video that can be read, or too large.
+        """
+        path = Path(path)
+        if not path.is_file():
+            raise InputError(f"{path}: no such file; give a video such as clip.mp4")
+        self.path = path
+        self.capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+        if not self.capture.isOpened():
+            raise InputError(f"{path}: no video that can be read; give an MP4, MOV or WebM file")
+        self.rate = float(self.capture.get(cv2.CAP_PROP_FPS)) or 30.0
+        self.count = max(int(self.capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)  # a guess
+        sides = [self.capture.get(n) for n in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)]
+        if not all(1 <= side <= LARGEST_SIDE for side in sides):
+            raise InputError(
+                f"{path}: {sides[0]:.0f}x{sides[1]:.0f} pixels; at most {LARGEST_SIDE} a side are "
+                "read; make it smaller"
+            )
+        if not np.isfinite(self.rate) or not 1 <= self.rate <= 1000:
+            raise InputError(f"{path}: {self.rate:g} frames a second; convert it to a usual rate")
+
+    def frames(self):
+        """Yield (seconds, [H, W, 3] uint8 sRGB) of every frame, upright; times increase."""
+        last = -1.0
+        while True:
+            good, picture = self.capture.read()
+            if not good:
+                break
+            now = self.capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
+            if not now > last:  # some files carry no times
+                now = last + 1 / self.rate if last >= 0 else 0.0
+            yield now, cv2.cvtColor(picture, cv2.COLOR_BGR2RGB)
+            last = now
+        self.capture.release()
+        if last < 0:
+            raise InputError(f"{self.path}: holds no frame that can be read; convert it first")
+
+
+def kind_of(path):
+    """The ending of a video that can be written: ".mp4" or ".webm".
+
+    Raises:
+        InputError: another one.
+    """
+    ending = Path(path).suffix.lower()
+    if ending not in KINDS:
+        raise InputError(
+            f"{path}: videos are written as .webm (plays in browsers) or .mp4 (players, editors)"
+        )
+    return ending
+
+
+def encode(pictures, kind, rate):
+    """Encode pictures as a part of a video that can be joined with others.
+
+    Args:
+        pictures: [H, W, 3] uint8 sRGB each, sides even.
+        kind: ending of the whole, see `kind_of`.
+        rate: frames a second.
+
+    Returns:
+        bytes.
+    """
+    four, ending = KINDS[kind]
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "part" + ending)
+        writer = None
+        for picture in pictures:
+            if writer is None:
+                size = picture.shape[1::-1]
+                code = cv2.VideoWriter_fourcc(*four)
+                level = cv2.utils.logging.setLogLevel(0)  # it complains of "VP80" and takes it
+                writer = cv2.VideoWriter(path, cv2.CAP_FFMPEG, code, rate, size)
+                cv2.utils.logging.setLogLevel(level)
+                if not writer.isOpened():
+                    raise InputError(
+                        f"this OpenCV writes no {kind}; choose the other kind of video"
+                    )
+            writer.write(cv2.add(cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), LIFT))
+        writer.release()
+        return Path(path).read_bytes()
+
+
+def read_sound(path, kind):
+    """The sound of a clip, for a video of a kind.
+
+    Returns:
+        mp4.Track or webm.Blocks; None if it has no sound.
+
+    Raises:
+        InputError: the kind of video cannot hold it.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; give the clip whose sound is wanted")
+    if mp4.is_mp4(path):
+        sounds = [track for track in mp4.read_tracks(path) if track.kind == "soun" and track.places]
+        sounds = [track for track in sounds if track.entry[4:8] in mp4.SOUND]
+        if sounds and kind != ".mp4":
+            raise InputError(f"{path}: its sound fits into .mp4 only; write to .mp4, or --no-sound")
+        return sounds[0] if sounds else None
+    if webm.is_webm(path):
+        sound = webm.read_sound(path)
+        if sound is not None and kind != ".webm":
+            raise InputError(
+                f"{path}: its sound fits into .webm only; write to .webm, or --no-sound"
+            )
+        return sound
+    raise InputError(f"{path}: sound is taken from MP4, MOV and WebM; convert it, or --no-sound")
+
+
+def join(path, parts, kind, rate, size, note, sound=None, start=0.0):
+    """Join the parts of a video, with a note and perhaps sound.
+
+    Args:
+        path: where to write; replaced at once when complete.
+        parts: files with what `encode` returned, in order.
+        rate: frames a second; size: (width, height) pixels.
+        note: Note.
+        sound: from `read_sound`.
+        start: seconds of the sound that are left out at its beginning.
+    """
+    path = Path(path)
+    handle, temporary = tempfile.mkstemp(prefix=".new-", dir=path.parent)
+    try:
+        with open(handle, "wb") as file:
+            if kind == ".mp4":
+                _join_mp4(file, parts, size, note, sound, start)
+            else:
+                _join_webm(file, parts, rate, size, note, sound, start)
+        mask = os.umask(0o022)
+        os.umask(mask)
+        os.chmod(temporary, 0o666 & ~mask)
+        os.replace(temporary, path)
+    except BaseException:
+        os.unlink(temporary)
+        raise
+
+
+def _join_mp4(file, parts, size, note, sound, start):
+    tracks, delays = [mp4.joined([mp4.read_tracks(part)[0] for part in parts])], [0.0]
+    if sound is not None:
+        heard, delay = mp4.cut(sound, start, start + tracks[0].seconds)
+        if heard.places:
+            tracks.append(heard)
+            delays.append(delay)
+    xmp = XMP.format(source=escape(note.source_type), note=escape(note.text))
+    mp4.write_mp4(file, tracks, size, note.text, xmp, delays)
+
+
+def _join_webm(file, parts, rate, size, note, sound, start):
+    read = [webm.read_ivf(part) for part in parts]
+    count = sum(len(part.places) for part in read)
+    video = webm.Blocks(
+        "V_VP8", b"", np.arange(count) / rate,
+        [place for part in read for place in part.places],
+        np.concatenate([part.sync for part in read]),
+    )  # fmt: skip
+    seconds = count / rate
+    if sound is not None:
+        heard = np.flatnonzero((sound.seconds >= start) & (sound.seconds < start + seconds))
+        places = [sound.places[n] for n in heard]
+        sound = replace(
+            sound, seconds=sound.seconds[heard] - start, places=places, sync=sound.sync[heard]
+        )
+    tags = {"COMMENT": note.text, SOURCE_TYPE: note.source_type}
+    webm.write_webm(file, video, sound, size, seconds, tags)

@@ -1,0 +1,251 @@
+"""The fast player: the frames of `render.draw`, many a second. The tests hold the two together.
+
+What makes it fast: only the vertices that are shown move; only texels in sight are blended, in
+squares; textures are float32 once and carry the hair already (equation 4 is a mean, so hair over
+the mean is the mean of hair over each); a median looks at visible texels only.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from bakery import landmarks as marks
+from bakery.geometry import camera as cameras
+from bakery.geometry import rotation
+from bakery.geometry.color import to_encoded
+from bakery.heads.base import EYES, FOLLOW, PARTS
+from bakery.runtime import kernels
+from bakery.runtime.blend import gaze_slide, lay_hair, nearest_gaze
+from bakery.runtime.mouth import neighbours
+from bakery.runtime.render import SAMPLES, SHOWN, Frame, paintable
+from bakery.stages.texture_mouth import LIPS
+
+GRAY = 0.18  # linear, behind the head
+FAINT = 5e-4  # mask below which an expression is not felt in a square of texels
+# Share of all weight that the last mouths together may have and still be left out of the median.
+TAIL = 1e-5
+LARGEST = 2048  # texels on a side that are played; more would take 1.4 GB and show no difference
+LEVELS = 1 << 16  # steps of the table from linear to sRGB bytes
+
+
+@dataclass
+class Workspace:
+    """The buffers of one thread, for pictures of one size."""
+
+    face: np.ndarray  # [H n, W n] int32
+    best: np.ndarray  # [H n, W n] float32
+    skin: np.ndarray  # [T, T, 3] float32
+    mouth: np.ndarray  # [h, w, 3] float32
+    seen: np.ndarray  # [F] bool
+    needed: np.ndarray  # [tiles] bool
+    planes: np.ndarray  # [F, 9] float64
+    marks: np.ndarray  # [h, w] bool
+    color: np.ndarray  # [H, W, 3] float32
+    share: np.ndarray  # [H, W, 2] float32
+
+
+class Player:
+    """An avatar made ready to be drawn fast; threads may share it."""
+
+    def __init__(self, avatar, hair=True):
+        self.avatar = avatar
+        head, textures = avatar.head, avatar.textures
+        shown = head.part_faces(*SHOWN)
+        used, compact = np.unique(head.faces[shown], return_inverse=True)
+        self.faces = compact.reshape(-1, 3).astype(np.int32)
+        self.rest = np.ascontiguousarray(avatar.neutral[used], np.float32)
+        basis = np.asarray(head.expression_basis[:, used], np.float32)
+        self.basis = basis.reshape(len(basis), -1)  # [E, 3 v]
+        self.centers = head.eye_centers(avatar.neutral)
+        self.balls = [
+            np.flatnonzero(head.follow[used] == FOLLOW.index("eye_" + eye)) for eye in EYES
+        ]
+        self._prepare_lips(head, avatar.neutral)
+        self.size = min(textures.neutral.shape[0], LARGEST)  # T
+        self.squares = _squares(textures, hair, self.size)  # [tiles, 1 + K, TILE, 3 TILE]
+        self.felt = _felt(np.asarray(avatar.masks, np.float32), self.size)
+        self.known = np.zeros((1, 1), np.float32)
+        self.mouths = np.ascontiguousarray(sortable(textures.mouths).transpose(1, 2, 3, 0))
+        self.eyes = np.stack(np.split(np.asarray(textures.gaze, np.float32), 2, axis=2), 1)
+        self._prepare_faces(head, shown)
+        self.bytes = np.floor(
+            to_encoded(np.arange(LEVELS, dtype=np.float32) / (LEVELS - 1)) * 255 + 0.5
+        ).astype(np.uint8)
+
+    def _prepare_lips(self, head, neutral):
+        """Lip landmarks as `texture_mouth.mouth_landmarks` gives them, linear in the weights."""
+
+        def on(values, points):  # [..., V, 3] -> [..., n, 3]
+            corner = values[..., head.landmark_vertices[points], :]
+            return np.einsum("...lkc,lk->...lc", corner, head.landmark_barycentric[points])
+
+        ends, rest = on(neutral, marks.MOUTH_CORNERS), on(neutral, LIPS)
+        scale = np.array([1, -1]) / np.linalg.norm(ends[0] - ends[1])
+        self.lips_rest = (rest - rest.mean(0))[:, :2] * scale
+        self.lips_basis = on(head.expression_basis, LIPS)[..., :2] * scale
+
+    def _prepare_faces(self, head, shown):
+        """Where each face lies on its texture, and which squares of the skin it touches."""
+        size = self.size
+        sizes = {"mouth_sheet": self.mouths.shape[1::-1]}
+        for eye in EYES:
+            sizes["eye_cap_" + eye] = self.eyes.shape[3:1:-1]
+        uv = head.uv[head.uv_faces[shown]].astype(np.float64)  # [F, 3, 2]
+        self.corners = uv * size
+        self.kind = np.zeros(len(shown), np.uint8)
+        for number, name in enumerate(SHOWN[1:], 1):
+            mine = head.face_part[shown] == PARTS.index(name)
+            self.kind[mine] = number
+            if mine.any():
+                left, top, width, height = head.uv_rectangles[name]
+                local = (uv[mine] - [left, top]) / [width, height]
+                self.corners[mine] = local * sizes[name]
+        across = -(-size // kernels.TILE)
+        low = np.clip((self.corners.min(1) - 1.5) // kernels.TILE, 0, across - 1).astype(int)
+        high = np.clip((self.corners.max(1) + 1.5) // kernels.TILE, 0, across - 1).astype(int)
+        lists = [
+            [] if kind else [y * across + x for y in range(a[1], b[1] + 1) for x in range(a[0], b[0] + 1)]
+            for kind, a, b in zip(self.kind, low, high)
+        ]  # fmt: skip
+        self.tile_start = np.cumsum([0, *map(len, lists)]).astype(np.int32)
+        self.tile_list = np.array([tile for tiles in lists for tile in tiles], np.int32)
+        self.corners = self.corners.astype(np.float32)
+
+    def workspace(self, width, height):
+        """New buffers for pictures of this size."""
+        fine = (height * SAMPLES, width * SAMPLES)
+        size = self.size
+        sheet = self.mouths.shape[:2]
+        return Workspace(
+            np.empty(fine, np.int32), np.empty(fine, np.float32),
+            np.empty((size, size, 3), np.float32), np.zeros((*sheet, 3), np.float32),
+            np.empty(len(self.faces), bool), np.empty(len(self.squares), bool),
+            np.empty((len(self.faces), 9)),
+            np.empty(sheet, bool), np.empty((height, width, 3), np.float32),
+            np.zeros((height, width, 2), np.float32),
+        )  # fmt: skip
+
+    def vertices(self, expression, gaze):
+        """The shown vertices [v, 3] mm, as `HeadModel.vertices` deforms them."""
+        moved = np.empty_like(self.rest)
+        kernels.deform(self.rest.ravel(), self.basis, expression, moved.reshape(-1))
+        turn = rotation.yaw_pitch(*gaze).T
+        for ball, center in zip(self.balls, self.centers):
+            moved[ball] = (self.rest[ball] - center) @ turn + center
+        return moved
+
+    def draw_into(self, work, camera, expression, gaze, dynamic=True):
+        """Draw a frame into a workspace; see `render.draw`."""
+        expression = np.asarray(expression, np.float32)
+        textures = self.avatar.textures
+        fine = cameras.crop(
+            camera, 0, 0, camera.width * SAMPLES, camera.height * SAMPLES, float(SAMPLES)
+        )
+        points = cameras.to_camera(self.vertices(expression, gaze), fine)
+        pixels = cameras.project_camera(points, fine)
+        depth = -points[:, 2]
+        inverse = np.where(depth > 1e-6, 1 / np.where(depth > 1e-6, depth, 1), 0)
+        kernels.rasterize(pixels, inverse, self.faces, work.face, work.best)
+        kernels.needed_tiles(work.face, self.tile_start, self.tile_list, work.seen, work.needed)
+        product = textures.key_weights * (expression if dynamic else 0 * expression)
+        kernels.blend_tiles(
+            work.needed, self.squares, *self.felt, product.astype(np.float32), work.skin
+        )  # fmt: skip
+        kernels.texture_planes(work.seen, pixels, inverse, self.faces, self.corners, work.planes)
+        if kernels.mark_texels(work.face, self.kind, 1, work.planes, work.marks):
+            self._mouth(work, expression)
+        nearest = nearest_gaze(textures.gaze_directions, gaze)
+        eyes = self.eyes[nearest]
+        slide = gaze_slide(gaze - textures.gaze_directions[nearest]) * eyes.shape[2:0:-1]
+        kernels.shade(
+            work.face, self.kind, work.planes, work.skin, work.mouth, eyes, slide, self.known,
+            SAMPLES, work.color, work.share,
+        )  # fmt: skip
+
+    def _mouth(self, work, expression):
+        lips = self.lips_rest + np.tensordot(expression, self.lips_basis, 1)
+        order, weights = neighbours(self.avatar.textures.mouth_landmarks, lips.astype(np.float32))
+        enough = 1 + int(np.searchsorted(np.cumsum(weights), 1 - TAIL))
+        kernels.median_texels(
+            work.marks, self.mouths, order[:enough], weights[:enough].astype(np.float32),
+            COLORS, work.mouth,
+        )  # fmt: skip
+
+    def frame(self, work, camera, expression, gaze, dynamic=True):
+        """A `render.Frame`, with what the photo knows."""
+        if self.known.shape == (1, 1):
+            known = paintable(self.avatar.textures)
+            self.known = _shrunk(known, self.size)
+        self.draw_into(work, camera, expression, gaze, dynamic)
+        alpha, known = np.moveaxis(work.share.copy(), 2, 0)
+        return Frame(work.color.copy(), alpha, known)
+
+    def picture(self, work, camera, expression, gaze, dynamic=True):
+        """The frame over plain grey: [H, W, 3] uint8 sRGB."""
+        self.draw_into(work, camera, expression, gaze, dynamic)
+        out = np.empty(work.color.shape, np.uint8)
+        kernels.encode_over(work.color, work.share, np.float32(GRAY), self.bytes, out)
+        return out
+
+
+def sortable(halves):
+    """Half floats as uint16 that sort like them."""
+    bits = np.ascontiguousarray(halves, np.float16).view(np.uint16)
+    return np.where(bits & 0x8000, ~bits, bits | 0x8000)
+
+
+def _colors():
+    numbers = np.arange(1 << 16, dtype=np.uint16)
+    bits = np.where(numbers & 0x8000, numbers & 0x7FFF, ~numbers)
+    return bits.view(np.float16).astype(np.float32)
+
+
+COLORS = _colors()  # [65536] float32: the half float of each number of `sortable`
+
+
+def _shrunk(picture, size):
+    picture = np.asarray(picture, np.float32)
+    if picture.shape[0] <= size:
+        return picture
+    return cv2.resize(picture, (size, size), interpolation=cv2.INTER_AREA)
+
+
+def _squares(textures, hair, size):
+    """T_0 and the keys, hair on them, cut into tiles: [tiles, 1 + K, TILE, 3 TILE] float32."""
+    side = kernels.TILE
+    across = -(-size // side)
+    out = np.zeros((across * across, 1 + len(textures.keys), side, 3 * side), np.float32)
+    for number, texture in enumerate([textures.neutral, *textures.keys]):
+        texture = np.asarray(texture, np.float32)
+        texture = _shrunk(lay_hair(texture, textures.hair) if hair else texture, size)
+        whole = np.zeros((across * side, across * side, 3), np.float32)
+        whole[:size, :size] = texture
+        cut = whole.reshape(across, side, across, 3 * side).transpose(0, 2, 1, 3)
+        out[:, number] = cut.reshape(-1, side, 3 * side)
+    return out
+
+
+def _felt(masks, size):
+    """The masks [E, m, m] cut into tiles with a border: what `kernels.blend_tiles` wants of them."""
+    coarse, side = masks.shape[1], kernels.TILE
+    middle = (np.arange(size) + 0.5) * (coarse / size) - 0.5
+    low = np.floor(middle).astype(int)
+    first = low[::side]  # the first mask texel that each row of tiles reads, -1 for the border
+    place = low - np.repeat(first, side)[:size]
+    reach = int(place.max()) + 2
+    index = np.clip(first[:, None] + np.arange(reach), 0, coarse - 1)  # [across, r]
+    found, which, count = [], [], []
+    for rows in index:
+        band = masks[:, rows]
+        for columns in index:
+            cut = band[:, :, columns]
+            kept = np.flatnonzero(cut.max((1, 2)) > FAINT)
+            found.append(cut[kept])
+            which.append(kept)
+            count.append(len(kept))
+    start = np.cumsum([0, *count]).astype(np.int64)
+    return (
+        np.concatenate(found), start, np.concatenate(which).astype(np.int32),
+        place.astype(np.int32), (middle - low).astype(np.float32),
+    )  # fmt: skip
