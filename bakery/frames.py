@@ -97,7 +97,8 @@ def render(avatar, scene):
     """
     camera = _camera(avatar, scene)
     gaze = scene.gaze if scene.gaze is not None else gaze_of(scene.expression).mean(0)
-    vertices = avatar.head.vertices(_neutral(avatar, scene.fit), scene.expression, gaze)
+    neutral = neutral_for(avatar.head, avatar.neutral, avatar.fit.head, scene.fit)
+    vertices = avatar.head.vertices(neutral, scene.expression, gaze)
     frame = draw(avatar, vertices, camera, scene.expression, gaze, scene.dynamic, scene.hair)
     face = np.minimum(frame.alpha, frame.face)
     if scene.view == "photo" and scene.fit is None and avatar.photo is not None:
@@ -106,27 +107,31 @@ def render(avatar, scene):
     return to_encoded(over_gray(frame)), face
 
 
-def _neutral(avatar, fit):
+def neutral_for(head, neutral, name, fit):
     """The neutral shape [V, 3] mm to deform for a fit of another photo.
 
     Blendshapes never explain a smile to the last millimetre; the fit's own warp does. It belongs to
     the avatar's person only if the fitted heads are alike, so it counts in full below ALIKE[1] and
     not at all above ALIKE[0]: then only expression and camera are taken, as from a driver.
+
+    Args:
+        head: HeadModel; neutral: [V, 3] mm, the person's own; name: of the head model.
+        fit: Fit of the other photo, or None.
     """
-    if fit is None or fit.head != avatar.fit.head:
-        return avatar.neutral
+    if fit is None or fit.head != name:
+        return neutral
     try:
         theirs = steps.fitted_neutral(load_head(fit.head), fit)
     except ModelError:  # a head model that was given by its path, or is not installed here
-        return avatar.neutral
-    if theirs.shape != avatar.neutral.shape:
-        return avatar.neutral
-    own, other = (avatar.head.landmarks(shape)[:468] for shape in (avatar.neutral, theirs))
+        return neutral
+    if theirs.shape != neutral.shape:
+        return neutral
+    own, other = (head.landmarks(shape)[:468] for shape in (neutral, theirs))
     own, other = own - own.mean(0), other - other.mean(0)
     size = face_size(own)
     apart = np.sqrt(((own - other) ** 2).sum(1).mean()) / size
     share = smoothstep(*ALIKE, apart)
-    return avatar.neutral + np.float32(share) * (theirs - avatar.neutral)
+    return neutral + np.float32(share) * (theirs - neutral)
 
 
 def _camera(avatar, scene):

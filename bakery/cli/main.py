@@ -24,6 +24,7 @@ COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of th
     "preview": ("preview", "Write a page that plays an avatar in a browser."),
     "render": ("render", "Draw a frame of an avatar."),
     "recover": ("render", "Write the texture of single expressions (eq. 4)."),
+    "generate": ("generate", "Paint a portrait with another expression, view and gaze."),
     "animate": ("animate", "Play a take into a video."),
     "retarget": ("animate", "Change a take: rest, strength."),
     "heads": ("heads", "List, show and import head models."),

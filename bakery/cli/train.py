@@ -94,3 +94,73 @@ def gaze(output, overwrite):
 
     options.may_write(output, overwrite)
     options.write(output, gaze_to_toml(gaze_directions()).encode())
+
+
+@train.command("pairs", cls=options.Command)
+@click.argument("photographs", type=folder)
+@click.option("-o", "--output", required=True, type=folder, help="Folder of shards.")
+@click.option("--dense", type=folder, help="npz with their 478 points; without it, the detector's.")
+@options.head
+@options.preset
+@options.settings
+def real_pairs(photographs, output, dense, head, preset, settings):
+    """Make training pairs from PHOTOGRAPHS of people in neutral and in other expressions.
+
+    Files are named SUBJECT_neutral.jpg and SUBJECT_EXPRESSION.jpg, or lie in folders named SUBJECT;
+    those of CFD and RaFD are known by their own names.
+
+    \b
+    bakery train pairs portraits/london/train --dense portraits/dense478.npz -o runs/real
+    """
+    from bakery import steps
+    from bakery.train import folders, real_pairs
+
+    output.mkdir(parents=True, exist_ok=True)
+    people = folders.people(photographs)
+    points = folders.landmarks_by(dense)
+    chosen = options.build_options(preset, settings)
+    model = steps.load_head(head)
+    for person, error in real_pairs.write_pairs(people, points, model, output, chosen):
+        click.echo(json.dumps({"person": person.name, "left_out": str(error) if error else None}))
+
+
+@train.command("pagan", cls=options.Command)
+@click.option("--run", required=True, type=folder, help="Folder of the run; goes on where it was.")
+@click.option("--pairs", required=True, multiple=True, type=folder, help="Shards; may be repeated.")
+@click.option("--steps", type=click.IntRange(1), help="How many steps in all.")
+@click.option("--features", type=folder, help="Identity features, .safetensors.")
+@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Change an option.")
+def pagan(run, pairs, steps, features, settings):
+    """Train the generator on pairs from `bakery synth pairs` and `bakery train pairs`.
+
+    \b
+    bakery train pagan --run runs/one --pairs runs/real --pairs runs/painted --steps 20000
+    torchrun --nproc-per-node 4 -m bakery train pagan --run runs/one --pairs runs/painted
+
+    It computes on a GPU when there is one. A run that was stopped goes on from its checkpoint.
+    """
+    from bakery import preset
+    from bakery.train import pagan as training
+
+    tables = preset.with_settings({}, [f"train.{setting}" for setting in settings])
+    table = tables.get("train", {}) | ({"steps": steps} if steps else {})
+    chosen = preset.options_from(training.PaganOptions, table, "train")
+    network = None
+    if features:
+        from bakery.generators.identity import load_features
+
+        network = load_features(features)
+    for figures in training.train(run, pairs, chosen, network):
+        click.echo(json.dumps(figures))
+
+
+@train.command("pagan-export", cls=options.Command)
+@click.argument("run", type=folder)
+@click.option("-o", "--output", required=True, type=folder, help=".safetensors to write.")
+@options.overwrite
+def export_pagan(run, output, overwrite):
+    """Pack the averaged weights of a run of `train pagan` into the file that ships."""
+    from bakery.train.pagan_export import export
+
+    options.may_write(output, overwrite)
+    click.echo(json.dumps(export(run, output)))

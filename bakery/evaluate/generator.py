@@ -18,7 +18,7 @@ from bakery.geometry.fill import diffuse
 from bakery.geometry.sample import bilinear, interpolate
 from bakery.landmarks import EYES, FACE
 from bakery.runtime.blend import lay_hair
-from bakery.train.real_pairs import Sitter
+from bakery.sitter import Sitter
 
 DELTA_TEXELS = 256  # side of the map that carries another person's change
 LOOKALIKE = 48  # pixels a side of the pictures that people are told alike by

@@ -13,6 +13,7 @@ import numpy as np
 import torch
 
 from bakery.errors import ModelError
+from bakery.generators.interior import interior_shade
 from bakery.generators.lids import with_lids
 from bakery.generators.planes import NONE, planes
 from bakery.generators.unet import NetworkOptions, UNet, input_layers, interpret, network_input
@@ -50,11 +51,13 @@ class PaganGenerator:
         """
         if subject.photo is None:
             raise ValueError("Subject.photo is missing; the network looks at the neutral photo")
+        camera = conditions.camera
+        per_mm = camera.focal / -cameras.to_camera(np.zeros(3), camera)[2]
         layers = planes(subject.head, conditions)
-        photo = aligned_photo(subject, conditions)
-        change = self.paint(input_layers(layers, photo), interior_only)
+        change = self.paint(input_layers(layers, aligned_photo(subject, conditions), per_mm))
         face = layers.face.astype(np.float32) / 255 * (layers.part != NONE)
-        ratio = np.exp(change[..., :3] * face[..., None])
+        shade = interior_shade(layers.part, layers.normals, layers.depth, per_mm)
+        ratio = np.exp(change[..., :3] * face[..., None]) * shade[..., None]
         color, alpha = change[..., 3:6], change[..., 6] * face
         if not interior_only:
             color, alpha = with_lids(subject, conditions, color, alpha)
@@ -63,7 +66,7 @@ class PaganGenerator:
         )
         return Generated(image, ratio, color, alpha)
 
-    def paint(self, layers, interior_only=False):
+    def paint(self, layers):
         """Run the network on planes [H, W, C] uint8 by name.
 
         Returns:

@@ -14,7 +14,10 @@ from torch import nn
 from torch.nn import functional
 
 from bakery.detectors.blocks import Conv, Residual
+from bakery.generators.interior import interior_shade
+from bakery.generators.planes import encode
 from bakery.generators.shade import MOUTH, is_part
+from bakery.geometry import color as colors
 
 # Planes of the input and their channels, in order; a network may be given fewer.
 INPUTS = {"photo": 3, "normals": 3, "depth": 1, "gaze": 2, "mouth": 1, "deformed": 3}
@@ -125,20 +128,23 @@ def to_encoded(linear):
     )
 
 
-def input_layers(planes, photo):
+def input_layers(planes, photo, per_mm):
     """The planes of INPUTS [H, W, C] uint8, by name.
 
     Args:
         planes: bakery.generators.planes.Planes, or anything with the same fields.
         photo: [H, W, 3] uint8 sRGB: the subject in neutral, head only.
+        per_mm: pixels a mm at the face.
     """
+    shade = interior_shade(planes.part, planes.normals, planes.depth, per_mm)
+    deformed = encode(colors.to_linear(planes.deformed / np.float32(255)) * shade[..., None])
     return {
         "photo": photo,
         "normals": (planes.normals.astype(np.int16) + 128).astype(np.uint8),
         "depth": planes.depth[..., None],
         "gaze": planes.gaze,
         "mouth": is_part(planes.part, *MOUTH)[..., None].astype(np.uint8) * 255,
-        "deformed": planes.deformed,
+        "deformed": deformed,
     }
 
 

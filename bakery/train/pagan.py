@@ -27,6 +27,8 @@ from bakery.train import runs
 from bakery.train.pagan_data import NOMINAL, Cropping, Pairs, Samples, tensors
 
 log = logging.getLogger(__name__)
+# What may change when a run goes on; so a run can begin without a discriminator and get one later.
+FREE = ("steps", "shares", "adversarial_from", "sheet_every", "workers", "threads", "memory")
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ class PaganOptions:
     weight_decay: float = 1e-4
     average: float = 0.998  # of the weights that ship: how much of the old stays at each step
     pixel: float = 10.0  # weight of the L1 loss, as in paGAN
-    identity: float = 0.15  # of the identity loss, as in paGAN; needs features
+    identity: float = 0.15  # of the identity loss, as in paGAN; needs features and crop.whole > 0
     adversarial: float = 1.0  # of the adversarial loss, as in paGAN
     adversarial_from: int = -1  # step from which on there is one; -1: never
     detail: float = 10.0  # of the L1 loss of gradients
@@ -77,9 +79,9 @@ def train(run, folders, options=PaganOptions(), features=None):
     Args:
         run: folder of the run; made when missing.
         folders: of shards of pairs (`bakery synth pairs`, `bakery train pairs`).
-        options: PaganOptions. A run that goes on may change `steps`,
-            `shares`, `workers`, `threads` and `memory` only, and go on with more folders.
-        features: identity features, a module from [B, 3, H, W] 0..1 to [B, n]; None: no such loss.
+        options: PaganOptions. A run that goes on may change those in FREE only, and the folders.
+        features: identity features (`generators.identity.load_features`), a module from
+            [B, 3, H, W] 0..1 to [B, n]; None: no such loss.
 
     Yields:
         dict of figures every `log_every` steps (of the first process)
@@ -94,7 +96,7 @@ def train(run, folders, options=PaganOptions(), features=None):
         torch.set_num_threads(options.threads)
     if rank == 0:
         (run / "samples").mkdir(parents=True, exist_ok=True)
-        runs.keep_options(run, options, ("steps", "shares", "workers", "threads", "memory"))
+        runs.keep_options(run, options, FREE)
     state = _State(options, features)
     checkpoint = run / "checkpoint.safetensors"
     step = state.load(checkpoint) if checkpoint.exists() else 0
@@ -218,9 +220,12 @@ class _State:
             "alpha": alpha,
             "smooth": rough,
         }
-        if self.features is not None:
-            photo = batch["photo"].float() / 255
-            parts["identity"] = losses.identity_loss(self.features, photo, change.picture)
+        whole = batch["whole"] > 0
+        if self.features is not None and whole.any():
+            # The features look at faces on black; a crop of a face has none.
+            face = (weight > 0).float()
+            seen = (picture * face for picture in (target, change.picture))
+            parts["identity"] = losses.identity_loss(self.features, *(p[whole] for p in seen))
         adversarial = 0 <= options.adversarial_from < step
         if adversarial:
             counts = losses.patch_weight(weight / 255)

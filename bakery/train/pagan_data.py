@@ -8,6 +8,7 @@ import numpy as np
 import torch
 from torch.utils.data import Dataset
 
+from bakery.generators.interior import FRAME_SCALE
 from bakery.generators.unet import input_layers
 from bakery.heads.base import PARTS
 from bakery.landmarks import EYES, LIPS, LIPS_OUTER
@@ -27,6 +28,7 @@ class Cropping:
     eyes: float = 0.15  # share around an eye; the rest lies anywhere on the face
     mouth_weight: float = 4.0  # of a pixel inside the outer lips, plain skin 1
     eye_weight: float = 2.0
+    whole: float = 0.0  # share of samples that show the whole frame, made smaller
     color: float = 0.25  # spread of the log-gain of light and skin tone
 
 
@@ -77,7 +79,7 @@ class Pairs:
         eyes = np.maximum(*(_polygon(pair.landmarks[ring], pair.part.shape) for ring in EYES))
         weight = 1 + (self.cropping.mouth_weight - 1) * lips + (self.cropping.eye_weight - 1) * eyes
         weight = np.clip(UNIT * weight * (pair.face / 255), 0, 255)
-        return input_layers(pair, pair.photo) | {
+        return input_layers(pair, pair.photo, FRAME_SCALE * pair.part.shape[0]) | {
             "target": pair.target,
             "weight": np.round(weight).astype(np.uint8)[..., None],
             "skin": skin[..., None],
@@ -114,11 +116,15 @@ class Samples(Dataset):
         layers = self.pairs.decoded(shard, row)
         window = self._window(rng, layers)
         flip, tone = rng.random() < 0.5, _tone(rng, self.pairs.cropping.color)
-        return tensors(layers, self.pairs.cropping.size, window, flip, tone)
+        sample = tensors(layers, self.pairs.cropping.size, window, flip, tone)
+        whole = window == (0.0, 0.0, float(layers["target"].shape[0]))
+        return sample | {"whole": torch.tensor(whole, dtype=torch.uint8)}
 
     def _window(self, rng, layers):
         """Left, top and side of the square that is cut out, pixels."""
         cropping, side = self.pairs.cropping, layers["target"].shape[0]
+        if cropping.whole and rng.random() < cropping.whole:
+            return 0.0, 0.0, float(side)
         points = layers["landmarks"]
         window = cropping.size * side / NOMINAL * np.exp(rng.uniform(-SCALES, SCALES))
         kind = rng.random()

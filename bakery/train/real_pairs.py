@@ -5,133 +5,23 @@ residual warp registers the two. What is left of the registration is a small smo
 the two photographs differ in exposure and white balance is taken off the target.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from bakery import steps
 from bakery.errors import BakeryError
-from bakery.formats.image import read_photo
-from bakery.generators.planes import NONE, Planes, encode, planes
-from bakery.geometry.color import LUMA, to_encoded, to_linear
-from bakery.geometry.fill import diffuse, smoothstep
+from bakery.generators.planes import encode
+from bakery.geometry.color import LUMA, to_linear
+from bakery.geometry.fill import diffuse
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import PARTS
-from bakery.stages import texture
-from bakery.stages.condition import SIZE, condition
-from bakery.stages.face_frame import cut, face_frame
-from bakery.stages.segment import HAIR
-from bakery.stages.texture_hair import cover_of
+from bakery.sitter import Sitter
 from bakery.synth.pairs import NAME, PaintedPair, write_shard
-from bakery.types import Conditions, Fit
 
-FLOW_LIMIT = 3.0  # pixels of SIZE that the flow may move the target
-FLOW_SMOOTH = 10.0  # pixels of SIZE: sigma of the blur that makes the flow smooth
+FLOW_LIMIT = 3.0  # pixels that the flow may move the target
+FLOW_SMOOTH = 10.0  # pixels: sigma of the blur that makes the flow smooth
 DRIFT_LIMIT = 0.35  # log of the gain that exposure and white balance may differ by
-
-
-@dataclass(frozen=True, eq=False)
-class Sitting:
-    """One photo of a person, seen in the frame that pairs have."""
-
-    conditions: Conditions  # of the photo's fit, with the texture of the neutral photo
-    planes: Planes
-    picture: np.ndarray  # [S, S, 3] float32 sRGB-encoded: the photo itself
-    face: np.ndarray  # [S, S] uint8: skin, eyes and mouth, no hair
-    points: np.ndarray  # [L, 2] pixels
-    fit: Fit
-
-    @property
-    def head_only(self):
-        """The photo where the head is drawn: [S, S, 3] uint8, 0 elsewhere."""
-        return _bytes(self.picture * (self.planes.part != NONE)[..., None])
-
-
-class Sitter:
-    """A person photographed in neutral, ready to be paired with other photographs."""
-
-    def __init__(self, path, landmarks, head, options=None, size=SIZE):
-        """Fit and unwrap the neutral photo.
-
-        Args:
-            path: the neutral photo.
-            landmarks: its Landmarks.
-            head: HeadModel.
-            options: steps.BuildOptions.
-            size: pixels a side of the pairs.
-
-        Raises:
-            FitError, InputError: the photo cannot be used.
-        """
-        self.options, self.size, self.model = options or steps.BuildOptions(), size, head
-        photo = read_photo(path)
-        fit, segmentation = steps.place_head(path, photo, landmarks, head, self.options)
-        self.head, neutral = steps.own_head(head, fit)
-        cover = cover_of(segmentation, landmarks.points)
-        resolution = self.options.texture.resolution
-        prepared = texture.prepare(photo, landmarks, fit, neutral, self.head, cover, resolution)
-        self.subject, self.hair = prepared.subject, prepared.hair
-        self.neutral = self._seat(photo, landmarks.points, fit, segmentation, neutral)
-
-    def sit(self, path, landmarks):
-        """Another photo of this person: Sitting."""
-        photo = read_photo(path)
-        fit, segmentation = steps.place_head(path, photo, landmarks, self.model, self.options)
-        neutral = steps.fitted_neutral(self.model, fit)
-        return self._seat(photo, landmarks.points, fit, segmentation, neutral)
-
-    def _seat(self, photo, points, fit, segmentation, neutral):
-        camera, affine = face_frame(fit, points, self.size)
-        drawn = condition(
-            self.head, neutral, self.subject.texture, fit.expression, fit.gaze, camera
-        )
-        layers = planes(self.head, drawn)
-        hair = cut((segmentation.labels == HAIR).astype(np.float32), affine, self.size)
-        skin = cut(segmentation.skin.astype(np.float32), affine, self.size)
-        inner = (drawn.part != NONE) & (drawn.part != PARTS.index("skin"))
-        clear = np.where(inner, 1, smoothstep(0.3, 0.9, skin)) * (1 - hair)
-        # The border of hair and of the photo's own outline is not trusted either.
-        clear = cv2.erode(clear.astype(np.float32), np.ones((5, 5)))
-        return Sitting(
-            drawn,
-            layers,
-            cut(photo.encoded, affine, self.size),
-            _bytes(layers.face / 255 * clear),
-            points @ affine[:, :2].T + affine[:, 2],
-            fit,
-        )
-
-    def pair(self, sitting, number):
-        """This person as a photo shows them: PaintedPair.
-
-        Args:
-            sitting: of `sit`; `self.neutral` makes the neutral photo its own target.
-            number: of the subject.
-        """
-        layers, fit = sitting.planes, sitting.fit
-        target = sitting.head_only
-        for mend in (without_drift, registered):
-            target = mend(target, layers.deformed, sitting.face, layers.part)
-        return PaintedPair(
-            photo=self.neutral.head_only,
-            photo_face=self.neutral.face,
-            target=target,
-            deformed=layers.deformed,
-            normals=layers.normals,
-            depth=layers.depth,
-            gaze=layers.gaze,
-            part=layers.part,
-            face=sitting.face,
-            landmarks=sitting.points.astype(np.float32),
-            expression=fit.expression.astype(np.float32),
-            gaze_angles=np.asarray(fit.gaze, np.float32),
-            yaw=0.0,
-            pitch=0.0,
-            subject=number,
-            head=self.model.name,
-        )
 
 
 def write_pairs(people, landmarks, head, output, options=None):
@@ -159,13 +49,41 @@ def write_pairs(people, landmarks, head, output, options=None):
         except BakeryError as error:
             yield person, error
             continue
-        pairs = [sitter.pair(sitting, number) for sitting in (*sittings, sitter.neutral)]
+        pairs = [pair_of(sitter, sitting, number) for sitting in (*sittings, sitter.neutral)]
         write_shard(path, pairs, {"person": person.name})
         yield person, None
 
 
-def _bytes(values):
-    return np.round(np.clip(values, 0, 1) * 255).astype(np.uint8)
+def pair_of(sitter, sitting, number):
+    """A person as a photo shows them: PaintedPair.
+
+    Args:
+        sitter: Sitter.
+        sitting: of `sitter.sit`; `sitter.neutral` makes the neutral photo its own target.
+        number: of the subject.
+    """
+    layers, fit = sitting.planes, sitting.fit
+    target = sitting.head_only
+    for mend in (without_drift, registered):
+        target = mend(target, layers.deformed, sitting.face, layers.part)
+    return PaintedPair(
+        photo=sitter.neutral.head_only,
+        photo_face=sitter.neutral.face,
+        target=target,
+        deformed=layers.deformed,
+        normals=layers.normals,
+        depth=layers.depth,
+        gaze=layers.gaze,
+        part=layers.part,
+        face=sitting.face,
+        landmarks=sitting.points.astype(np.float32),
+        expression=fit.expression.astype(np.float32),
+        gaze_angles=np.asarray(fit.gaze, np.float32),
+        yaw=0.0,
+        pitch=0.0,
+        subject=number,
+        head=sitter.model.name,
+    )
 
 
 def without_drift(target, deformed, face, part):
@@ -199,7 +117,7 @@ def registered(target, deformed, face, part):
     skin = ((face > 128) & (part == PARTS.index("skin"))).astype(np.float32)
     gray = []
     for picture in (deformed, target):
-        luma = np.log(to_encoded(to_linear(picture / 255.0)) @ LUMA + 0.05).astype(np.float32)
+        luma = np.log(picture / 255.0 @ LUMA + 0.05).astype(np.float32)
         smooth = diffuse(luma[..., None], skin)[..., 0]
         local = luma - cv2.GaussianBlur(smooth, (0, 0), 12.0)  # shading is no structure
         gray.append(np.clip(128 + 250 * local * skin, 0, 255).astype(np.uint8))

@@ -1,0 +1,69 @@
+"""A first shading of eyes and mouth from planes alone, for the network to start from.
+
+On the deformed neutral teeth are flat and white; a network that starts from them paints them flat too
+(after 1,000 steps of training: a white patch between the lips, though 3 dB better there than shaded
+teeth). So it starts from teeth with edges, in the shade of lips and lids.
+
+The constants belong to the weights: what is changed here must be trained again. Unlike the rendered
+generator (`shade`) this knows no light and no camera, for training pairs carry neither.
+"""
+
+import cv2
+import numpy as np
+
+from bakery.generators.planes import FAR, NEAR
+from bakery.generators.shade import EYES, MOUTH, is_part
+from bakery.geometry.fill import smoothstep
+
+FRAME_SCALE = 2.42 / 512  # pixels a mm over the side of a frame: 165 mm take 78% of it
+FROM_ABOVE = np.array([0.0, 0.45, 0.89], np.float32)  # where studio light comes from, mostly
+AMBIENT = 0.45  # share of the light that comes from everywhere
+
+
+def interior_shade(part, normals, depth, per_mm):
+    """Factor [H, W] float32 on linear light: 1 on skin, less in eyes and mouth.
+
+    Args:
+        part, normals, depth: of planes.Planes.
+        per_mm: pixels a mm at the face.
+    """
+    out = np.ones(part.shape, np.float32)
+    eyes, mouth = is_part(part, *EYES), is_part(part, *MOUTH)
+    if eyes.any():
+        out = np.where(eyes, _under_lids(eyes, per_mm), out)
+    if mouth.any():
+        ahead = FAR + (depth.astype(np.float32) - 1) * ((NEAR - FAR) / 254)  # mm to the camera
+        behind = float(np.median(ahead[_rim(part, mouth)])) - ahead
+        facing = np.clip(normals.astype(np.float32) / 127 @ FROM_ABOVE, 0, 1)
+        light = _between_lips(mouth, behind, per_mm) * (AMBIENT + (1 - AMBIENT) * facing)
+        out = np.where(mouth, light, out)
+    return out.astype(np.float32)
+
+
+def _under_lids(eyes, per_mm):
+    """Light under the lids: the upper one hides about half of the sky from the strip below it."""
+    radius = max(1.1 * per_mm, 0.6)
+    covered = cv2.GaussianBlur((~eyes).astype(np.float32), (0, 0), radius)
+    shift = np.float32([[1, 0, 0], [0, 1, 0.9 * radius]])
+    covered = cv2.warpAffine(
+        covered, shift, eyes.shape[::-1], flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
+    return 1 - 0.62 * smoothstep(0.15, 1.0, covered)
+
+
+def _between_lips(mouth, behind, per_mm):
+    """Light between the lips, `behind` mm behind them: less near a lip and deep inside."""
+    opening = mouth.astype(np.float32)
+    near = cv2.GaussianBlur(opening, (0, 0), max(1.2 * per_mm, 0.6))
+    far = cv2.GaussianBlur(opening, (0, 0), max(5.0 * per_mm, 1.0))
+    deep = 1 / (1 + (np.maximum(behind, 0) / 17.0) ** 2)
+    return (
+        (0.55 + 0.45 * smoothstep(0.25, 0.95, near)) * (0.75 + 0.25 * smoothstep(0.1, 0.6, far)) * deep
+    )  # fmt: skip
+
+
+def _rim(part, mouth):
+    """Pixels of skin next to the mouth's interior; the interior itself where there are none."""
+    near = cv2.dilate(mouth.astype(np.uint8), np.ones((5, 5))) > 0
+    rim = near & is_part(part, "skin")
+    return rim if rim.any() else mouth

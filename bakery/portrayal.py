@@ -1,0 +1,117 @@
+"""What `bakery generate` paints: the generator's own picture of a portrait (paGAN section 4)."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from bakery import frames, steps
+from bakery.errors import InputError
+from bakery.generators.planes import NONE
+from bakery.generators.shade import is_part
+from bakery.geometry.color import to_encoded
+from bakery.geometry.sample import bilinear, interpolate
+from bakery.heads.base import gaze_of
+from bakery.runtime.blend import lay_hair
+from bakery.sitter import Sitter
+from bakery.stages.condition import condition, face_camera
+from bakery.stages.face_frame import face_frame
+
+BACKGROUND = 0.5  # sRGB-encoded gray where the head is not
+STEEPEST = 60.0  # degrees of yaw and pitch that are painted
+
+
+@dataclass(frozen=True)
+class Target:
+    """What is wanted."""
+
+    expression: np.ndarray  # [E] weights
+    gaze: np.ndarray  # [2] degrees, yaw and pitch
+    fit: object = None  # Fit of another photo, in whose camera the picture is painted
+    view: tuple[float, float] = (0.0, 0.0)  # degrees, yaw and pitch, without a fit
+
+
+def parse(weights="", fitted=None, gaze=None, yaw=None, pitch=None):
+    """The options of the command as a Target.
+
+    Raises:
+        InputError: one cannot be understood, or a view is given beside a fit.
+    """
+    if fitted and (yaw is not None or pitch is not None):
+        raise InputError("--fit brings its own view; leave out --yaw and --pitch, or --fit")
+    asked = frames.parse(weights, fitted, gaze)
+    direction = asked["gaze"]
+    if direction is None:
+        direction = gaze_of(asked["expression"]).mean(0)
+    view = (yaw or 0.0, pitch or 0.0)
+    if max(map(abs, view)) > STEEPEST:
+        raise InputError(f"--yaw and --pitch: {view}; at most {STEEPEST:g} degrees are painted")
+    return Target(asked["expression"], direction, asked["fit"], view)
+
+
+def sit(photo, head, options, landmarks=None, face=None, frame=None):
+    """Fit and unwrap the portrait: Sitter.
+
+    Raises:
+        BakeryError: it cannot be used.
+    """
+    image, found = steps.one_face(photo, frame, steps.landmarks_file(landmarks, photo), face)
+    return Sitter(photo, found, steps.load_head(head), options, photo=image)
+
+
+def paint(sitter, target, generator, hair=True):
+    """Paint a target.
+
+    A target in another photo's camera is painted in a square around the face, as the generator
+    knows it, and what it changes is laid over the deformed neutral at the photo's own resolution.
+
+    Args:
+        generator: generators.base.Generator.
+        hair: whether the hair of the portrait is laid over.
+
+    Returns:
+        picture [H, W, 3] float32 sRGB-encoded, and the pixels of the face [H, W] 0..1.
+    """
+    own = sitter.neutral.fit
+    neutral = frames.neutral_for(sitter.head, sitter.subject.neutral, own.head, target.fit)
+    if target.fit is None:
+        camera = face_camera(own, sitter.head, neutral, *target.view)
+    else:
+        camera, affine = face_frame(target.fit, target.fit.landmarks_projected)
+
+    def drawn(camera):
+        return condition(
+            sitter.head, neutral, sitter.subject.texture, target.expression, target.gaze, camera
+        )
+
+    seen = drawn(camera)
+    made = generator.generate(sitter.subject, seen)
+    image = made.image
+    if target.fit is not None:
+        seen = drawn(target.fit.camera)
+        layers = np.concatenate(
+            [np.log(np.maximum(made.ratio, 1e-3)), made.color, made.alpha[..., None]], -1
+        )
+        image = _changed(seen.deformed_neutral, layers, affine)
+    uv = interpolate(seen.fragments, sitter.head.uv[sitter.head.uv_faces])
+    skin = is_part(seen.part, "skin")[..., None]
+    covered = bilinear(sitter.hair, uv * sitter.hair.shape[0]) * skin
+    if hair:
+        image = lay_hair(image, covered)
+    inside = seen.part != NONE
+    picture = np.where(inside[..., None], to_encoded(np.clip(image, 0, 1)), BACKGROUND)
+    return picture.astype(np.float32), (inside * (1 - covered[..., 3])).astype(np.float32)
+
+
+def _changed(deformed, layers, affine):
+    """The deformed neutral [H, W, 3] with a change [S, S, 7] that was painted around the face."""
+    height, width = deformed.shape[:2]
+    matrix = affine.copy()
+    matrix[:, 2] += 0.5 * matrix[:, :2].sum(1) - 0.5  # pixel centres lie at +0.5
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    parts = [
+        cv2.warpAffine(np.ascontiguousarray(part), matrix, (width, height), flags=flags)
+        for part in (layers[..., :3], layers[..., 3:6], layers[..., 6])
+    ]
+    alpha = parts[2][..., None]
+    return deformed * np.exp(parts[0]) * (1 - alpha) + parts[1] * alpha
