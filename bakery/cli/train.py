@@ -135,7 +135,7 @@ def pagan(run, pairs, steps, features, settings):
 
     \b
     bakery train pagan --run runs/one --pairs runs/real --pairs runs/painted --steps 20000
-    torchrun --nproc-per-node 4 -m bakery train pagan --run runs/one --pairs runs/painted
+    torchrun --nproc-per-node 4 -m -- bakery train pagan --run runs/one --pairs runs/painted
 
     It computes on a GPU when there is one. A run that was stopped goes on from its checkpoint.
     """

@@ -4,7 +4,7 @@ A run folder holds options.json, stats.jsonl, samples/STEP.png (photo, deformed 
 of people that are held out) and checkpoint.safetensors. A run that was stopped goes on from its
 checkpoint and sees the samples it would have seen. A loss that is not finite stops it.
 
-Several GPUs: `torchrun --nproc-per-node N -m bakery train pagan ...`; each takes its share of a batch.
+Several GPUs: `torchrun --nproc-per-node N -m -- bakery train pagan ...`; each takes its share of a batch.
 """
 
 import json

@@ -29,7 +29,7 @@ def export(run, path):
     Raises:
         InputError: the folder holds no run.
     """
-    run, path = Path(run), Path(path)
+    run = Path(run)
     try:
         options = options_from(
             PaganOptions, json.loads((run / "options.json").read_text()), str(run)
@@ -42,16 +42,28 @@ def export(run, path):
     network.load_state_dict(
         {k.removeprefix(prefix): v for k, v in stored.items() if k.startswith(prefix)}
     )
+    return {"steps": int(stored["step"])} | write(network, path)
+
+
+def write(network, path):
+    """Write a trained UNet, folded and in half precision.
+
+    Returns:
+        dict of figures: parameters, bytes.
+
+    Raises:
+        InputError: its weights do not fit half precision.
+    """
+    path = Path(path)
     tensors = {name: value.half() for name, value in fold(network.eval()).items()}
     if not all(torch.isfinite(value).all() for value in tensors.values()):
-        raise InputError(f"{run}: weights do not fit half precision; train on or take another run")
+        raise InputError(f"{path}: weights do not fit half precision; train on or take another run")
     aside = path.with_suffix(".tmp")
     # One entry only: the library writes several in an order that changes from run to run.
-    about = {"generator": json.dumps({"kind": KIND} | asdict(options.network), sort_keys=True)}
-    save_file(tensors, aside, about)
+    table = {"kind": KIND} | asdict(network.options)
+    save_file(tensors, aside, {"generator": json.dumps(table, sort_keys=True)})
     os.replace(aside, path)
     return {
-        "steps": int(stored["step"]),
         "parameters": sum(value.numel() for value in tensors.values()),
         "bytes": path.stat().st_size,
     }

@@ -1,0 +1,234 @@
+"""The trained generator: closed forms, crops against frames, folding, bad files."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from numpy.testing import assert_allclose
+from safetensors.torch import save_file
+
+from bakery.detectors.blocks import fold
+from bakery.errors import ModelError
+from bakery.generators import pagan
+from bakery.generators.interior import FRAME_SCALE, interior_shade
+from bakery.generators.planes import planes
+from bakery.generators.unet import (
+    INPUTS,
+    NetworkOptions,
+    UNet,
+    input_layers,
+    interpret,
+    network_input,
+    to_encoded,
+    to_linear,
+)
+from bakery.geometry import color as colors
+from bakery.heads.base import PARTS
+from bakery.heads.file import load_head
+from bakery.stages.condition import condition, face_camera
+from bakery.types import EXPRESSION_INDEX, Camera, Fit
+
+TINY = NetworkOptions(channels=(8, 8, 8))
+
+
+@pytest.fixture(autouse=True)
+def one_thread():
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)
+
+
+def random_network(options=TINY, seed=0):
+    """A network whose weights and statistics are not those it begins with."""
+    torch.manual_seed(seed)
+    network = UNet(options)
+    for name, value in network.state_dict().items():
+        if value.is_floating_point():
+            value.copy_(torch.rand_like(value) * 0.5 + (0.5 if "var" in name else -0.25))
+    return network.eval()
+
+
+def random_batch(height, width, seed=1):
+    rng = np.random.default_rng(seed)
+    return {
+        name: torch.from_numpy(rng.integers(0, 256, (1, n, height, width)).astype(np.uint8))
+        for name, n in INPUTS.items()
+    }
+
+
+def test_colours_are_those_of_the_geometry():
+    values = torch.linspace(0, 1, 50)
+    assert_allclose(to_linear(values), colors.to_linear(values.numpy()), atol=1e-6)
+    assert_allclose(to_encoded(values), colors.to_encoded(values.numpy()), atol=1e-6)
+
+
+def test_an_untrained_network_changes_little():
+    """The last layer is zero and alpha begins at sigmoid(-3): the deformed neutral, 5% grey."""
+    deformed = torch.rand(1, 3, 16, 16)
+    x = torch.rand(1, sum(INPUTS.values()), 16, 16)
+    with torch.no_grad():
+        change = interpret(UNet(TINY)(x), deformed)
+    share = 1 / (1 + np.exp(3))
+    grey = colors.to_linear(np.array(0.5))
+    expected = colors.to_linear(deformed.numpy()) * (1 - share) + grey * share
+    assert_allclose(change.ratio, 0, atol=1e-6)
+    assert_allclose(change.alpha, share, atol=1e-5)
+    assert_allclose(change.picture, colors.to_encoded(expected), atol=1e-5)
+
+
+def test_plain_head_is_a_picture():
+    network = UNet(replace(TINY, head="plain"))
+    outputs = network(torch.rand(1, sum(INPUTS.values()), 16, 16))
+    change = interpret(outputs, torch.rand(1, 3, 16, 16))
+    assert outputs.shape == (1, 3, 16, 16)
+    assert_allclose(change.picture.detach(), 0.5, atol=1e-6)
+    assert change.alpha.min() == 1
+
+
+def test_folding_changes_nothing():
+    network = random_network()
+    folded = UNet(TINY, folded=True)
+    folded.load_state_dict(fold(network))
+    x = torch.rand(2, sum(INPUTS.values()), 32, 32)
+    with torch.no_grad():
+        # Two orders of summing single-precision products.
+        assert_allclose(folded.eval()(x), network(x), rtol=1e-3, atol=1e-4)
+
+
+def test_a_crop_agrees_with_the_frame_away_from_its_border():
+    """Normalisation that looks at the whole picture would break this."""
+    network = random_network()
+    x = network_input(random_batch(128, 128))
+    with torch.no_grad():
+        whole, part = network(x), network(x[..., 16:112, 24:120])
+    inner = (part - whole[..., 16:112, 24:120])[..., 44:52, 44:52].abs().max()
+    assert inner < 1e-4 * whole.abs().max()
+
+
+def test_normals_keep_their_sign():
+    batch = random_batch(8, 8)
+    batch["normals"][:] = torch.tensor([1, 128, 255], dtype=torch.uint8)[None, :, None, None]
+    found = network_input(batch, ("normals",))
+    assert_allclose(found[0, :, 0, 0], [-1, 0, 1])
+
+
+def test_shade_leaves_skin_alone_and_darkens_deep_places():
+    part = np.full((64, 64), PARTS.index("skin"), np.uint8)
+    part[20:44, 10:54] = PARTS.index("teeth_upper")
+    part[20:44, 32:54] = PARTS.index("mouth_cavity")
+    normals = np.zeros((64, 64, 3), np.int8)
+    normals[..., 2] = 127
+    depth = np.full((64, 64), 240, np.uint8)
+    depth[part == PARTS.index("mouth_cavity")] = 200  # 38 mm further back
+    shade = interior_shade(part, normals, depth, 1.0)
+    assert_allclose(shade[part == PARTS.index("skin")], 1)
+    assert shade[32, 43] < 0.35 * shade[32, 20] < 0.35
+
+
+@pytest.fixture(scope="module")
+def target():
+    """A smile of the mean head: what a generator is given."""
+    head = load_head("makehuman")
+    neutral = head.mean
+    camera = Camera(
+        900.0, np.array([128.0, 128.0]), np.zeros(3), np.array([0, 0, -700.0]), 256, 256
+    )
+    fit = Fit(
+        "makehuman", camera, np.zeros(1), np.zeros(52), np.zeros(2), np.zeros((9, 3)), np.zeros(1),
+        np.zeros((468, 3)), np.zeros((478, 2)),
+    )  # fmt: skip
+    camera = face_camera(fit, head, neutral, size=256)
+    expression = np.zeros(52, np.float32)
+    expression[EXPRESSION_INDEX["jawOpen"]] = 0.5
+    texture = np.full((64, 64, 3), 0.4, np.float32)
+    return head, condition(head, neutral, texture, expression, (0.0, 0.0), camera)
+
+
+class Sitting:
+    """The fields of a Subject that the network looks at."""
+
+    def __init__(self, head, photo):
+        self.head, self.photo, self.lids = head, photo, None
+
+
+def test_generated_picture_is_what_its_parts_say(target):
+    head, conditions = target
+    folded = UNet(TINY, folded=True)
+    folded.load_state_dict(fold(random_network()))
+    generator = pagan.PaganGenerator(folded, half=False)
+    photo = np.full((512, 512, 3), 90, np.uint8)
+    made = generator.generate(Sitting(head, photo), conditions, interior_only=True)
+    alpha = made.alpha[..., None]
+    expected = conditions.deformed_neutral * made.ratio * (1 - alpha) + made.color * alpha
+    assert_allclose(made.image, expected, atol=1e-6)
+    assert made.alpha.max() > 0.01
+    layers = planes(head, conditions)
+    outside = layers.face == 0
+    assert outside.any() and made.alpha[outside].max() == 0
+    skin = outside & (layers.part == PARTS.index("skin"))
+    assert_allclose(made.ratio[skin], 1)
+
+
+def test_the_networks_share_is_the_training_picture(target):
+    """What training minimises is the picture that inference makes."""
+    head, conditions = target
+    folded = UNet(TINY, folded=True)
+    folded.load_state_dict(fold(random_network()))
+    generator = pagan.PaganGenerator(folded, half=False)
+    subject = Sitting(head, np.full((512, 512, 3), 90, np.uint8))
+    made = generator.generate(subject, conditions, interior_only=True)
+    layers = planes(head, conditions)
+    stack = input_layers(layers, pagan.aligned_photo(subject, conditions), FRAME_SCALE * 256)
+    batch = {k: torch.from_numpy(v.transpose(2, 0, 1)[None].copy()) for k, v in stack.items()}
+    with torch.no_grad():
+        change = interpret(folded(network_input(batch)), batch["deformed"].float() / 255)
+    whole = layers.face == 255
+    picture = colors.to_encoded(np.clip(made.image, 0, 1))[whole]
+    # Bytes of the input and a head that is not exactly 165 mm high.
+    difference = np.abs(picture - change.picture[0].permute(1, 2, 0).numpy()[whole])
+    assert np.percentile(difference, 99) < 0.02
+
+
+def test_photo_follows_the_face(target):
+    head, conditions = target
+    photo = np.zeros((512, 512, 3), np.uint8)
+    photo[256:] = 200  # the lower half of the face
+    aligned = pagan.aligned_photo(Sitting(head, photo), conditions)
+    assert aligned.shape == (256, 256, 3)
+    rows = np.flatnonzero(aligned[:, 128, 0] > 100)
+    assert 120 < rows[0] < 150  # jawOpen moves the middle of the face down a little
+
+
+def test_weights_come_back(tmp_path):
+    network = random_network()
+    path = tmp_path / "w.safetensors"
+    from bakery.train.pagan_export import write
+
+    write(network, path)
+    loaded = pagan.load(path, half=False)
+    assert loaded.network.options == TINY
+    x = torch.rand(1, sum(INPUTS.values()), 32, 32)
+    with torch.no_grad():
+        # Half precision keeps 11 bits of each weight.
+        assert_allclose(loaded.network(x), network(x), rtol=0.05, atol=0.05)
+
+
+def test_bad_weights_are_errors(tmp_path):
+    with pytest.raises(ModelError, match="no weights of a generator"):
+        pagan.load(tmp_path / "missing.safetensors")
+    other = tmp_path / "other.safetensors"
+    save_file({"a": torch.zeros(2)}, other)
+    with pytest.raises(ModelError, match="holds no generator"):
+        pagan.load(other)
+    save_file({"a": torch.zeros(2)}, other, {"generator": '{"kind": "bakery generator 1"}'})
+    with pytest.raises(ModelError, match="another network"):
+        pagan.load(other)
+
+
+def test_a_subject_without_photo_is_a_wrong_call(target):
+    head, conditions = target
+    generator = pagan.PaganGenerator(UNet(TINY, folded=True), half=False)
+    with pytest.raises(ValueError, match="photo"):
+        generator.generate(Sitting(head, None), conditions)

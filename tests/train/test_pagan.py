@@ -1,0 +1,246 @@
+"""Training of the generator: samples, losses, a run that stops and goes on, several processes."""
+
+import json
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+import pytest
+import torch
+from numpy.testing import assert_allclose
+
+from bakery.errors import InputError, ModelError
+from bakery.generators import pagan as inference
+from bakery.generators.unet import Change, NetworkOptions
+from bakery.heads.base import PARTS
+from bakery.synth.pairs import PaintedPair, write_shard
+from bakery.train import pagan, pagan_data, pagan_losses
+from bakery.train.pagan_data import Cropping, Pairs, Samples, tensors
+from bakery.train.pagan_export import export
+
+SIDE = 64
+
+
+@pytest.fixture(autouse=True)
+def one_thread():
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)
+
+
+def pair(subject, smile):
+    """A face of two colours with an open mouth; the truth is a third brighter."""
+    rng = np.random.default_rng([subject, smile])
+    deformed = np.full((SIDE, SIDE, 3), 90 + 5 * subject, np.uint8)
+    part = np.zeros((SIDE, SIDE), np.uint8)
+    part[36:44, 24:40] = PARTS.index("mouth_cavity")
+    landmarks = rng.uniform(16, 48, (478, 2)).astype(np.float32)
+    return PaintedPair(
+        photo=deformed,
+        photo_face=np.full((SIDE, SIDE), 255, np.uint8),
+        target=np.clip(deformed * 1.3, 0, 255).astype(np.uint8),
+        deformed=deformed,
+        normals=rng.integers(-127, 128, (SIDE, SIDE, 3)).astype(np.int8),
+        depth=np.full((SIDE, SIDE), 200, np.uint8),
+        gaze=np.zeros((SIDE, SIDE, 2), np.uint8),
+        part=part,
+        face=np.full((SIDE, SIDE), 255, np.uint8),
+        landmarks=landmarks,
+        expression=np.full(52, 0.1 * smile, np.float32),
+        gaze_angles=np.zeros(2, np.float32),
+        yaw=0.0,
+        pitch=0.0,
+        subject=subject,
+        head="toy",
+    )
+
+
+@pytest.fixture(scope="module")
+def shards(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("shards")
+    pairs = [pair(subject, smile) for subject in range(4) for smile in (0, 1)]
+    write_shard(folder / "pairs-00000.safetensors", pairs)
+    return folder
+
+
+def options(**changes):
+    plain = dict(
+        steps=4, batch=2, held_out=4, log_every=1, save_every=2, sheet_every=4,
+        crop=Cropping(size=32), network=NetworkOptions(channels=(8, 8)),
+    )  # fmt: skip
+    return pagan.PaganOptions(**{**plain, **changes})
+
+
+def losses_of(run):
+    lines = (run / "stats.jsonl").read_text().splitlines()
+    return {row["step"]: row["pixel"] for row in map(json.loads, lines)}
+
+
+def test_every_fourth_subject_is_held_out(shards):
+    pairs = Pairs([shards], Cropping(size=32), held_out=4)
+    assert [len(folder) for folder in pairs.train] == [3]
+    (person,) = pairs.held[0]
+    assert {shard.number("subject")[row] for shard, row, _ in person} == {3}
+
+
+def test_samples_are_their_seed_and_number(shards):
+    pairs = Pairs([shards], Cropping(size=32))
+    one, other = (Samples(pairs, seed, 10)[5] for seed in (0, 1))
+    again = Samples(Pairs([shards], Cropping(size=32)), 0, 10)[5]
+    assert all(torch.equal(one[name], again[name]) for name in one)
+    assert any(not torch.equal(one[name], other[name]) for name in one)
+
+
+def test_flipping_mirrors_pictures_and_normals(shards):
+    pairs = Pairs([shards], Cropping(size=32))
+    layers = pairs.decoded(*pairs.train[0][0][0][:2])
+    plain, flipped = tensors(layers, SIDE), tensors(layers, SIDE, flip=True)
+    assert torch.equal(plain["depth"].flip(-1), flipped["depth"])
+    normals = plain["normals"].flip(-1).int()
+    normals[0] = 256 - normals[0]  # 128 is zero
+    assert torch.equal(normals, flipped["normals"].int())
+
+
+def test_decoded_pairs_are_forgotten_in_time(shards):
+    pairs = Pairs([shards], Cropping(size=32), memory=0)
+    for person in pairs.train[0]:
+        for shard, row, _ in person:
+            pairs.decoded(shard, row)
+    assert len(pairs._kept) == 1
+
+
+def test_weight_counts_mouth_and_eyes_more(shards):
+    pairs = Pairs([shards], Cropping(mouth_weight=4.0))
+    layers = pairs.decoded(*pairs.train[0][0][0][:2])
+    ring = layers["landmarks"][pagan_data.LIPS_OUTER]
+    filled = np.zeros((SIDE, SIDE), np.uint8)
+    cv2.fillPoly(filled, [np.round(ring).astype(np.int32)], 1)
+    inside = cv2.erode(filled, np.ones((3, 3))) > 0
+    assert inside.any()
+    assert np.median(layers["weight"][inside]) >= 4 * pagan_data.UNIT
+    assert layers["weight"].min() >= pagan_data.UNIT
+
+
+def test_pixel_loss_is_the_mean_where_it_counts():
+    a, b = torch.zeros(1, 3, 4, 4), torch.full((1, 3, 4, 4), 0.5)
+    weight = torch.zeros(1, 1, 4, 4)
+    weight[..., :2] = 16
+    b[..., 2:] = 1
+    assert_allclose(pagan_losses.pixel_loss(a, b, weight), 0.5)
+
+
+def test_detail_loss_ignores_a_shift_of_tone_and_sees_an_edge():
+    a = torch.rand(1, 3, 16, 16)
+    weight = torch.ones(1, 1, 16, 16)
+    assert pagan_losses.detail_loss(a + 0.1, a, weight, 2) < 1e-6
+    edge = torch.zeros(1, 3, 16, 16)
+    edge[..., 8:] = 1
+    # At full size one column of 16 differs by 1, once for each of the 256 pixels' rows.
+    assert_allclose(pagan_losses.detail_loss(edge, torch.zeros_like(edge), weight, 1), 1 / 16)
+
+
+def test_restraint_is_cheap_inside_the_mouth():
+    ratio = torch.zeros(1, 3, 8, 8)
+    alpha = torch.full((1, 1, 8, 8), 0.5)
+    change = Change(ratio, ratio, alpha, ratio)
+    weight = torch.ones(1, 1, 8, 8)
+    on_skin, rough = pagan_losses.restraint(change, weight, torch.ones(1, 1, 8, 8))
+    inside, _ = pagan_losses.restraint(change, weight, torch.zeros(1, 1, 8, 8))
+    assert_allclose(on_skin, 0.5)
+    assert_allclose(inside, 0.05)
+    assert rough == 0
+
+
+def test_discriminator_learns_to_tell():
+    torch.manual_seed(0)
+    judge = pagan_losses.PatchDiscriminator(2, 8)
+    adam = torch.optim.Adam(judge.parameters(), 5e-3)
+    conditions, weight = torch.zeros(4, 2, 32, 32), torch.ones(4, 1, 4, 4)
+    rough, flat = torch.rand(4, 3, 32, 32), torch.full((4, 3, 32, 32), 0.5)
+    for _ in range(40):
+        loss = pagan_losses.judged(judge(conditions, rough), True, weight)
+        loss = loss + pagan_losses.judged(judge(conditions, flat), False, weight)
+        adam.zero_grad()
+        loss.backward()
+        adam.step()
+    assert loss < 0.9  # 2 log 2 = 1.39 when it cannot tell
+
+
+def test_a_run_learns_and_ships(shards, tmp_path):
+    run = tmp_path / "run"
+    rows = list(pagan.train(run, [shards], options(steps=60, rate=1e-2, log_every=10)))
+    assert rows[-1]["pixel"] < 0.5 * rows[0]["pixel"]
+    assert rows[-1][f"{shards.name}_psnr"] > rows[-1][f"{shards.name}_before"] + 3
+    assert cv2.imread(str(run / "samples" / "000060.png")).shape[1] == 4 * 512
+    figures = export(run, tmp_path / "w.safetensors")
+    assert figures["steps"] == 60
+    assert inference.load(tmp_path / "w.safetensors").network.options.channels == (8, 8)
+
+
+def test_a_stopped_run_goes_on_with_the_same_curve(shards, tmp_path):
+    whole, parts = tmp_path / "whole", tmp_path / "parts"
+    chosen = options(steps=4, adversarial_from=1)
+    list(pagan.train(whole, [shards], chosen))
+    stopped = pagan.train(parts, [shards], chosen)
+    for _ in range(2):  # stopped behind its checkpoint of step 2
+        next(stopped)
+    stopped.close()
+    list(pagan.train(parts, [shards], chosen))
+    one, other = losses_of(whole), losses_of(parts)
+    assert set(one) == set(other) == {1, 2, 3, 4}
+    assert_allclose(list(one.values()), list(other.values()), atol=2e-6)  # as they are logged
+
+
+def test_other_options_are_refused(shards, tmp_path):
+    list(pagan.train(tmp_path, [shards], options(steps=1)))
+    with pytest.raises(InputError, match="other rate"):
+        list(pagan.train(tmp_path, [shards], options(steps=1, rate=0.5)))
+
+
+@pytest.mark.parametrize(
+    "changes, message",
+    [
+        ({"network": NetworkOptions(head="round")}, "'round' is unknown"),
+        ({"network": NetworkOptions(inputs=("smell",))}, "unknown smell"),
+        ({"crop": Cropping(size=30)}, "multiple of 4"),
+    ],
+)
+def test_options_that_cannot_be(changes, message):
+    with pytest.raises(InputError, match=message):
+        options(**changes)
+
+
+def test_a_loss_that_is_not_finite_stops_the_run(shards, tmp_path, monkeypatch):
+    monkeypatch.setattr(pagan_losses, "pixel_loss", lambda *_: torch.tensor(float("nan")))
+    with pytest.raises(ModelError, match="not finite at step 1"):
+        list(pagan.train(tmp_path, [shards], options()))
+
+
+def test_no_pairs_are_an_error(tmp_path):
+    with pytest.raises(InputError, match="holds no shards"):
+        list(pagan.train(tmp_path / "run", [tmp_path], options()))
+    with pytest.raises(InputError, match="no run of"):
+        export(tmp_path / "nothing", tmp_path / "w.safetensors")
+
+
+@pytest.mark.slow
+def test_two_processes_train_one_network(shards, tmp_path):
+    """torchrun with two processes: one log, one checkpoint, the batch shared out."""
+    settings = [
+        f"--set={setting}"
+        for setting in (
+            "batch=1", "log_every=1", "save_every=2", "threads=1", "held_out=0",
+            "crop.size=32", "network.channels=[8, 8]",
+        )
+    ]  # fmt: skip
+    command = [
+        sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node", "2",
+        "-m", "--", "bakery", "train", "pagan", "--run", str(tmp_path), "--pairs", str(shards),
+        "--steps", "2", *settings,
+    ]  # fmt: skip
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert set(losses_of(tmp_path)) == {1, 2}
+    assert (tmp_path / "checkpoint.safetensors").exists()
