@@ -272,10 +272,6 @@ def embed(head, points, sizes, rounds=3, start=False):
     points = np.asarray(points, float)[..., :2]
     mirror = mirror_points(points)
     groups = sides(head)
-    lips_and_lids = {
-        name: (groups[k][1], groups[k + 1][1])
-        for name, k in (("lips", 1), ("left", 3), ("right", 5))
-    }
     numbers = np.array([int(n) for n in START.split()])
     vertices = start_points(head)
     for turn in range(rounds + 1):
@@ -306,12 +302,23 @@ def embed(head, points, sizes, rounds=3, start=False):
         if turn == rounds:
             return
         middle = np.median(np.array(gathered), axis=0)
-        for point, at in margins.pinned(
-            head, points, middle, skin_rims(head), lips_and_lids
-        ).items():
-            middle[point] = at
-        middle = (middle + middle[mirror] * [-1, 1, 1]) / 2
-        head = with_landmarks(head, middle)
+        head = with_landmarks(head, on_rims(head, points, middle, mirror, groups))
+
+
+def on_rims(head, points, positions, mirror, groups):
+    """Positions [468, 3] with those of lids and lips on the rims seen, mirror-symmetric.
+
+    Args:
+        points: [N, 478, 2] pixels of photos; mirror: from `mirror_points`; groups: from `sides`.
+    """
+    openings = {
+        name: (groups[k][1], groups[k + 1][1])
+        for name, k in (("lips", 1), ("left", 3), ("right", 5))
+    }
+    out = positions.copy()
+    for point, at in margins.pinned(head, points, positions, skin_rims(head), openings).items():
+        out[point] = at
+    return (out + out[mirror] * [-1, 1, 1]) / 2
 
 
 def save_landmarks(path, head, positions=True):

@@ -102,6 +102,31 @@ def learn_rest(head, points, sizes):
     return np.where(lasting, mean, 0)
 
 
+def mean_identity(head, points, sizes):
+    """Mean identity coefficients [I] of neutral faces, expressions held back as in `learn_prior`."""
+    near, weights = head.landmark_vertices[:FACE], head.landmark_barycentric[:FACE]
+
+    def at(values):
+        return np.einsum("...lkc,lk->...lc", values[..., near, :], weights).astype(float)
+
+    mean, modes, expression = at(head.mean), at(head.identity_basis), at(head.expression_basis)
+    found = [
+        place(mean, modes, 0.25 * expression, face[:FACE], tuple(map(int, size)), sigma=NOISE)[1]
+        for face, size in zip(points, sizes)
+    ]
+    return np.mean(found, axis=0)
+
+
+def smile_weights(head, points, sizes):
+    """Mean weight of mouthSmile in fits of faces by `place_head`."""
+    sides = [EXPRESSION_INDEX["mouthSmile" + side] for side in ("Left", "Right")]
+    found = [
+        place_head(head, face, tuple(map(int, size))).expression[sides].mean()
+        for face, size in zip(points, sizes)
+    ]
+    return float(np.mean(found))
+
+
 def _order(covariance, raw):
     """Eigenvalues and vectors of a covariance, in the order of how much they move the face."""
     weight = np.where((raw.mean[:, 2] > -40) & (raw.mean[:, 1] > -120), 1.0, 0.15)

@@ -13,13 +13,16 @@ from bakery.heads.control import (
     close_lips,
     learned_prior,
     learned_smile,
+    lip_ring,
     raise_lids,
     rings,
+    round_lips,
     symmetric,
     triangles_of,
 )
 from bakery.heads.embed import known_landmarks, with_landmarks
-from bakery.heads.eyes import CORNEA, Ball, eye_cap, eyeball, fit_ball
+from bakery.heads.eyes import Ball, eye_cap, eyeball, fit_ball
+from bakery.heads.orbit import lay_lids
 from bakery.heads.patch import Patch, boxed, follow_ids, join, part_ids, place
 from bakery.heads.subdivide import refine
 from bakery.heads.teeth import LOWER, UPPER, Arch, affine_carry, gum, row_of_teeth
@@ -121,24 +124,38 @@ def piece(raw, name, follow, box):
     )
 
 
-# Fitted to the cheek side of MakeHuman's tooth bands; the lower jaw bites inside the upper.
+# Fitted to the cheek side of MakeHuman's tooth bands; the lower jaw bites inside the upper. They
+# stand like this where the lips meet at LIPS, and go with the lips of the mean head.
 SCALE = 0.93  # its head is a little smaller than the averages the crowns come from
+LIPS = np.array([-63.89, 24.53])  # mm, y and z
 ARCHES = {
     "upper": Arch(17.0, 0.00523, 3.23e-5, -66.9, -0.118, -1, SCALE, 1.1),
     "lower": Arch(14.2, 0.00549, 4.04e-5, -64.9, -0.118, 1, SCALE),
 }
+# Share of the source's ball, which reaches through the lids: the rims lie at 0.82 to 0.95 of it.
+BALL = 0.875
+IRIS = 23.6  # degrees; 5.6 mm
 TONGUE_SHIFT = np.array([0.0, 0.5, -5.0])  # mm, off the lower incisors
 DOMES = {"upper": 12.0, "lower": 5.0}
 
 
+def arch_of(raw, jaw):
+    """The arch of one jaw behind the lips of a head."""
+    ring = raw.mean[lip_ring(raw)]
+    up, forward = ring[np.abs(ring[:, 0]) < 3, 1:].mean(0) - LIPS
+    arch = ARCHES[jaw]
+    return replace(arch, front=arch.front + forward, edge=arch.edge + up - arch.slope * forward)
+
+
 def jaw_pieces(raw, jaw, boxes):
     """Teeth and gum of one jaw; they move as the best affine map of the band they replace."""
+    arch = arch_of(raw, jaw)
     sizes = UPPER if jaw == "upper" else LOWER
     band = np.unique(raw.quads[raw.parts == "teeth_" + jaw])
     out = []
     for name, (vertices, faces, uv) in (
-        ("teeth_" + jaw, row_of_teeth(ARCHES[jaw], sizes)),
-        ("gums_" + jaw, gum(ARCHES[jaw], sizes, DOMES[jaw])),
+        ("teeth_" + jaw, row_of_teeth(arch, sizes)),
+        ("gums_" + jaw, gum(arch, sizes, DOMES[jaw])),
     ):
         moves = np.concatenate([raw.sliders[:, band], raw.expression[:, band]])
         carried = affine_carry(raw.mean[band], moves, vertices)
@@ -159,6 +176,22 @@ def jaw_pieces(raw, jaw, boxes):
     return out
 
 
+# Where the jaw slides, the tongue follows by this share and gets narrower by this share: it has to
+# stay clear of both rows of teeth.
+SLIDES = {"jawForward": (0.3, 0.0), "jawLeft": (0.5, 0.18), "jawRight": (0.5, 0.18)}
+
+
+def tongue_piece(raw, box):
+    """The tongue, off the teeth in every position of the jaw."""
+    tongue = piece(raw, "tongue", "jaw", box)
+    mean = tongue.mean + TONGUE_SHIFT
+    expression = tongue.expression.copy()
+    for name, (share, narrow) in SLIDES.items():
+        expression[EXPRESSION_INDEX[name]] *= share
+        expression[EXPRESSION_INDEX[name], :, 0] -= narrow * mean[:, 0]
+    return replace(tongue, mean=mean, expression=expression)
+
+
 def balls_of(raw):
     """The eyeballs as Ball, left and right."""
     out = []
@@ -167,9 +200,8 @@ def balls_of(raw):
         points = raw.mean[used]
         center = (points.min(0) + points.max(0)) / 2
         modes, scales = fit_ball(points, center, raw.sliders[:, used])
-        # The lids were made for this outermost radius; cornea and cap must fit under it.
-        radius = np.linalg.norm(points - center, axis=1).max()
-        out.append(Ball(center, radius / (1 + CORNEA) * 1.03, 20.5, modes, scales))
+        radius = BALL * np.linalg.norm(points - center, axis=1).max()
+        out.append(Ball(center, radius, IRIS, modes, scales))
     return out
 
 
@@ -187,7 +219,7 @@ def prepare(raw, known):
     if "rest_expression" in known:
         shift = np.tensordot(known["rest_expression"].astype(float), raw.expression, 1)
         raw = replace(raw, mean=raw.mean + shift)
-    raw = raise_lids(close_lips(raw))
+    raw = round_lips(raise_lids(close_lips(raw)))
     return learned_smile(raw, known["smile"]) if "smile" in known else raw
 
 
@@ -206,13 +238,13 @@ def build(raw, boxes=atlas.BOXES, known=None):
     raw = prepare(raw, known)
     body, lips = flesh(raw)
     balls = balls_of(raw)
+    body = lay_lids(body, balls)
     patches = [body]
     for side, ball in zip(("left", "right"), balls):
         patches.append(boxed(eyeball(side, ball), boxes["eye_" + side]))
     for jaw in ("upper", "lower"):
         patches += jaw_pieces(raw, jaw, boxes)
-    tongue = piece(raw, "tongue", "jaw", boxes["tongue"])
-    patches.append(replace(tongue, mean=tongue.mean + TONGUE_SHIFT))
+    patches.append(tongue_piece(raw, boxes["tongue"]))
     patches.append(piece(raw, "lashes", "skin", boxes["lashes"]))
     jaw = body.expression[EXPRESSION_INDEX["jawOpen"]]
     sheet = mouth_sheet(lips, body.mean, body.identity, body.expression, jaw)

@@ -11,6 +11,8 @@ from bakery.heads.control import symmetric
 from bakery.landmarks import FACE, face_size
 from bakery.types import EXPRESSION_INDEX
 
+KEEP = 0.8  # of the modes' deviations: what photos from the front cannot see was too wide
+FREE = 0.75  # mean weight that a free fit of a smile with teeth shall have
 OPEN = 0.03  # lips this far apart, in outer-eye-corner distances, show teeth
 
 
@@ -81,3 +83,34 @@ def learn_all(raw, points, sizes, names):
     )
     known["smile"] = learn.smile_field(control, matrix, smile).astype(np.float32)
     yield f"smile: rest {rms:.2f} mm, mean weight {weights.mean():.2f}", dict(known)
+    yield from settle(raw, known, points, sizes, names)
+
+
+def settle(raw, known, points, sizes, names):
+    """The last of `learn_all`, from what the rest of it found: centre, spread, size of the smile.
+
+    The mean moves to the mean of the neutral faces' fits, the modes shrink by `KEEP`, and the smile
+    is scaled so that free fits of smiles with teeth use `FREE` of it.
+    """
+    neutral, smiling = pairs_of(names).T
+    head = makehuman.build(raw, known=known)
+    matrix = learn.landmark_matrix(makehuman.prepare(raw, known), head)
+    shift = learn.mean_identity(head, points[neutral], sizes[neutral])
+    known["prior_mean"] = (known["prior_mean"] + shift @ known["prior_modes"]).astype(np.float32)
+    known["prior_modes"] = (known["prior_modes"] * np.float32(KEEP)).astype(np.float32)
+    known["positions"] = (matrix @ makehuman.prepare(raw, known).mean).astype(np.float32)
+    head = makehuman.build(raw, known=known)
+    known["positions"] = embed.on_rims(
+        head, points, known["positions"], embed.mirror_points(points), embed.sides(head)
+    ).astype(np.float32)
+    yield f"mean moved by {np.linalg.norm(shift):.2f} standard deviations", dict(known)
+    for _ in range(2):
+        head = makehuman.build(raw, known=known)
+        toothy = [
+            k
+            for k in smiling
+            if np.linalg.norm(points[k][13] - points[k][14]) > OPEN * face_size(points[k])
+        ]
+        used = learn.smile_weights(head, points[toothy], sizes[toothy])
+        known["smile"] = (known["smile"] * np.float32(used / FREE)).astype(np.float32)
+        yield f"smile: weight {used:.2f} in free fits", dict(known)
