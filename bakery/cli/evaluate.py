@@ -99,3 +99,48 @@ def avatar(portraits, head, generator, preset, settings, mouths, pictures, only)
         results.append(result)
     if results:
         _line(avatar_pairs.summary(results))
+
+
+@evaluate.command(cls=options.Command)
+@portraits
+@options.head
+@click.option(
+    "--features", type=click.Path(path_type=Path), help="Weights; the shipped ones if left out."
+)
+def identity(portraits, head, features):
+    """Tell people by their identity features: neutral against smiling of london/val of PORTRAITS."""
+    from bakery.evaluate import identity as measuring
+    from bakery.evaluate import report
+    from bakery.generators.identity import WEIGHTS, load_features
+    from bakery.steps import load_head
+
+    network = load_features(features or WEIGHTS)
+    seen = list(measuring.faces(report.pairs(portraits), load_head(head)))
+    _line(measuring.measure(network, seen))
+
+
+@evaluate.command(cls=options.Command)
+@portraits
+@options.head
+@click.option("--weights", type=click.Path(path_type=Path), help="Of the network, for a look.")
+@click.option("--pictures", type=click.Path(path_type=Path), help="Folder of side-by-side PNGs.")
+@click.option("--only", multiple=True, help="Name of a person; may be repeated.")
+@click.option("--times/--no-times", default=True, show_default=True, help="Measure times too.")
+def generator(portraits, head, weights, pictures, only, times):
+    """Smiles painted from neutral photos: network, rendered, and simple baselines."""
+    from bakery import steps
+    from bakery.evaluate import generator as measures
+    from bakery.evaluate import generator_speed
+    from bakery.generators import pagan
+
+    network = pagan.load(weights) if weights else pagan.load()
+    painters = {"network": network, "rendered": steps.plug_in("generators", "rendered")}
+    results = []
+    for result in measures.everybody(portraits, steps.load_head(head), painters, pictures, only):
+        scores = {way: vars(score) for way, score in result.scores.items()}
+        _line({"name": result.name, "teeth": result.teeth, **scores})
+        results.append(result)
+    if results:
+        _line(measures.summary(results))
+    if times:
+        _line(generator_speed.measure(network))

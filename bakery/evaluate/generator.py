@@ -5,12 +5,15 @@ photo's own fit, colour of the neutral photo. The same picture is scored as `eva
 """
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from bakery.evaluate.avatar import CROP, compare, mean_score
+from bakery.evaluate.avatar import CROP, compare, mean_score, polygon_mask
 from bakery.evaluate.fitting import landmarks_of
-from bakery.evaluate.metrics import piecewise_affine, psnr
+from bakery.evaluate.metrics import face_crop, piecewise_affine, psnr, warp_pixels
+from bakery.evaluate.report import pairs
+from bakery.formats.image import read_photo, write_image
 from bakery.generators.planes import NONE
 from bakery.generators.shade import is_part
 from bakery.geometry.color import to_encoded
@@ -19,6 +22,7 @@ from bakery.geometry.sample import bilinear, interpolate
 from bakery.landmarks import EYES, FACE
 from bakery.runtime.blend import lay_hair
 from bakery.sitter import Sitter
+from bakery.train.subjects import TRAINING
 
 DELTA_TEXELS = 256  # side of the map that carries another person's change
 LOOKALIKE = 48  # pixels a side of the pictures that people are told alike by
@@ -83,8 +87,6 @@ def measure(pair, head, painters, delta=None):
 
 def eye_mask(points):
     """Boolean [CROP, CROP]: inside the lids of landmarks [L, 2]."""
-    from bakery.evaluate.avatar import polygon_mask
-
     return np.maximum(*(polygon_mask(points[ring]) for ring in EYES))
 
 
@@ -115,11 +117,39 @@ def smile_delta(pair, head):
     return diffuse(mean.reshape(*shape, 3), (count.reshape(shape) > 0).astype(np.float32))
 
 
-def likeness(photo, points):
-    """A small picture of a face [LOOKALIKE, LOOKALIKE, 3], for telling who looks alike."""
-    from bakery.evaluate.metrics import face_crop, warp_pixels
+def likeness(pair):
+    """A small picture of a neutral face [LOOKALIKE, LOOKALIKE, 3], for telling who looks alike."""
+    affine = face_crop(pair.neutral_points, LOOKALIKE, 1.0)
+    return warp_pixels(read_photo(pair.neutral).encoded, affine, LOOKALIKE)
 
-    return warp_pixels(photo, face_crop(points, LOOKALIKE, 1.0), LOOKALIKE)
+
+def everybody(portraits, head, painters, pictures=None, only=None):
+    """Measure every person of london/val; the change that `delta` lends comes from london/train.
+
+    Args:
+        portraits: folder of portraits, see `report.pairs`.
+        painters: {name: Generator}.
+        pictures: folder for side-by-side PNGs, or None.
+        only: names of the people, or None for all.
+
+    Yields:
+        Result.
+    """
+    others = pairs(portraits, TRAINING)
+    looks = [likeness(pair) for pair in others]
+    lent = {}
+    for pair in pairs(portraits):
+        if only and pair.name not in only:
+            continue
+        own = likeness(pair)
+        nearest = int(np.argmin([((own - look) ** 2).mean() for look in looks]))
+        if nearest not in lent:
+            lent[nearest] = smile_delta(others[nearest], head)
+        result = measure(pair, head, painters, lent[nearest])
+        if pictures is not None:
+            row = np.concatenate(list(result.pictures.values()), 1)
+            write_image(Path(pictures) / f"{pair.name}.png", np.clip(row, 0, 1))
+        yield result
 
 
 def summary(results):

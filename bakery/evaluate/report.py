@@ -111,9 +111,9 @@ def synthetic(truth, head, count, seed=0):
         }
 
 
-def pairs(portraits):
+def pairs(portraits, start=VALIDATION):
     """The neutral and smiling photos of each person of london/val: list of Pair."""
-    points = reference_points(portraits)
+    points = reference_points(portraits, start)
     smiles = {}
     if (table := Path(portraits) / "london" / "info.csv").is_file():
         with open(table, newline="") as file:

@@ -13,7 +13,7 @@ import numpy as np
 import torch
 
 from bakery.errors import ModelError
-from bakery.generators.interior import interior_shade
+from bakery.generators.interior import FRAME_SCALE, interior_shade
 from bakery.generators.lids import with_lids
 from bakery.generators.planes import NONE, planes
 from bakery.generators.unet import NetworkOptions, UNet, input_layers, interpret, network_input
@@ -23,6 +23,10 @@ from bakery.types import Generated
 
 WEIGHTS = Path(__file__).resolve().parents[1] / "assets" / "generators" / "pagan.safetensors"
 KIND = "bakery generator 1"  # says in a file's metadata what it is
+NOMINAL = (
+    FRAME_SCALE * 512
+)  # pixels a mm of a frame of 512 pixels, at which the network was trained
+ZOOMS = (0.87, 1.15)  # scales over NOMINAL that are taken as they are; training varied them by 12%
 PHOTO_SHARE = 0.78  # of the side of Subject.photo that the height of the landmarks takes
 
 
@@ -54,7 +58,8 @@ class PaganGenerator:
         camera = conditions.camera
         per_mm = camera.focal / -cameras.to_camera(np.zeros(3), camera)[2]
         layers = planes(subject.head, conditions)
-        change = self.paint(input_layers(layers, aligned_photo(subject, conditions), per_mm))
+        stack = input_layers(layers, aligned_photo(subject, conditions), per_mm)
+        change = self.paint_scaled(stack, per_mm / NOMINAL)
         face = layers.face.astype(np.float32) / 255 * (layers.part != NONE)
         shade = interior_shade(layers.part, layers.normals, layers.depth, per_mm)
         ratio = np.exp(change[..., :3] * face[..., None]) * shade[..., None]
@@ -65,6 +70,28 @@ class PaganGenerator:
             conditions.deformed_neutral * ratio * (1 - alpha[..., None]) + color * alpha[..., None]
         )
         return Generated(image, ratio, color, alpha)
+
+    def paint_scaled(self, layers, zoom):
+        """`paint` at the scale that the network was trained at, the change resized.
+
+        Args:
+            zoom: how many times the training's scale the planes have.
+        """
+        height, width = layers["deformed"].shape[:2]
+        if ZOOMS[0] < zoom < ZOOMS[1]:
+            return self.paint(layers)
+        size = (max(round(width / zoom), 1), max(round(height / zoom), 1))
+        smooth = cv2.INTER_AREA if zoom > 1 else cv2.INTER_LINEAR
+        small = {
+            name: cv2.resize(layer, size, interpolation=smooth).reshape(size[1], size[0], -1)
+            for name, layer in layers.items()
+        }
+        change = self.paint(small)
+        parts = [
+            cv2.resize(np.ascontiguousarray(part), (width, height), interpolation=cv2.INTER_LINEAR)
+            for part in (change[..., :3], change[..., 3:6], change[..., 6])
+        ]
+        return np.concatenate([*parts[:2], parts[2][..., None]], -1)
 
     def paint(self, layers):
         """Run the network on planes [H, W, C] uint8 by name.

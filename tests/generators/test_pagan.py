@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 import torch
@@ -139,7 +140,7 @@ def target():
         "makehuman", camera, np.zeros(1), np.zeros(52), np.zeros(2), np.zeros((9, 3)), np.zeros(1),
         np.zeros((468, 3)), np.zeros((478, 2)),
     )  # fmt: skip
-    camera = face_camera(fit, head, neutral, size=256)
+    camera = face_camera(fit, head, neutral, size=512)
     expression = np.zeros(52, np.float32)
     expression[EXPRESSION_INDEX["jawOpen"]] = 0.5
     texture = np.full((64, 64, 3), 0.4, np.float32)
@@ -180,7 +181,7 @@ def test_the_networks_share_is_the_training_picture(target):
     subject = Sitting(head, np.full((512, 512, 3), 90, np.uint8))
     made = generator.generate(subject, conditions, interior_only=True)
     layers = planes(head, conditions)
-    stack = input_layers(layers, pagan.aligned_photo(subject, conditions), FRAME_SCALE * 256)
+    stack = input_layers(layers, pagan.aligned_photo(subject, conditions), FRAME_SCALE * 512)
     batch = {k: torch.from_numpy(v.transpose(2, 0, 1)[None].copy()) for k, v in stack.items()}
     with torch.no_grad():
         change = interpret(folded(network_input(batch)), batch["deformed"].float() / 255)
@@ -196,9 +197,9 @@ def test_photo_follows_the_face(target):
     photo = np.zeros((512, 512, 3), np.uint8)
     photo[256:] = 200  # the lower half of the face
     aligned = pagan.aligned_photo(Sitting(head, photo), conditions)
-    assert aligned.shape == (256, 256, 3)
-    rows = np.flatnonzero(aligned[:, 128, 0] > 100)
-    assert 120 < rows[0] < 150  # jawOpen moves the middle of the face down a little
+    assert aligned.shape == (512, 512, 3)
+    rows = np.flatnonzero(aligned[:, 256, 0] > 100)
+    assert 240 < rows[0] < 300  # jawOpen moves the middle of the face down a little
 
 
 def test_weights_come_back(tmp_path):
@@ -232,3 +233,20 @@ def test_a_subject_without_photo_is_a_wrong_call(target):
     generator = pagan.PaganGenerator(UNet(TINY, folded=True), half=False)
     with pytest.raises(ValueError, match="photo"):
         generator.generate(Sitting(head, None), conditions)
+
+
+def test_other_scales_are_painted_at_the_training_scale():
+    """A strip at twice the scale is painted small, and the change is enlarged."""
+    folded = UNet(TINY, folded=True)
+    folded.load_state_dict(fold(random_network()))
+    generator = pagan.PaganGenerator(folded, half=False)
+    smooth = {
+        name: np.tile(np.linspace(0, 255, 64).astype(np.uint8)[None, :, None], (64, 1, n))
+        for name, n in INPUTS.items()
+    }
+    large = {name: layer.repeat(2, 0).repeat(2, 1) for name, layer in smooth.items()}
+    same = generator.paint_scaled(smooth, 1.0)
+    assert_allclose(same, generator.paint(smooth))
+    twice = generator.paint_scaled(large, 2.0)
+    for k in range(7):
+        assert_allclose(twice[..., k], cv2.resize(same[..., k], (128, 128)), atol=1e-6)
