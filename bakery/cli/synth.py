@@ -87,3 +87,22 @@ def skins(photos, output, head):
 
     for path in unwrap_folder(photos, load_head(head), output):
         click.echo(path)
+
+
+@synth.command("sheet", cls=options.Command)
+@click.argument("pairs", type=click.Path(path_type=Path))
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Picture.")
+@click.option("-n", "--count", default=64, show_default=True, type=click.IntRange(1))
+@click.option("--whole", is_flag=True, help="Photo, deformed neutral and target of each.")
+@options.overwrite
+def sheet(pairs, output, count, whole, overwrite):
+    """Lay painted PAIRS side by side, to look at.
+
+    \b
+    bakery synth sheet runs/pairs -o sheet.jpg
+    """
+    from bakery.formats.image import write_image
+    from bakery.synth.sheet import contact_sheet
+
+    options.may_write(output, overwrite)
+    write_image(output, contact_sheet(pairs, count, whole) / 255.0, 92)

@@ -143,18 +143,26 @@ def _curve(line, marks, mirror):
 
 def _profile(line, curve, points, seed):
     """Height [n] mm of a full fold: a valley, with the bulge of the skin that piles up beside it."""
-    if not len(points):
-        return np.zeros(0, np.float32)
-    wander = np.stack([value_noise(points, 8.0, seed + k) for k in range(3)], 1) * line.wander
-    strength = np.clip(1 + 0.35 * value_noise(points, 5.0, seed + 5), 0.2, 1.8)
-    off, side, position = _beside(curve, points + wander, line.left)
+    off, side, position = _beside(curve, points, line.left)
+    near = np.flatnonzero(off < 3 * line.width)
+    out = np.zeros(len(points), np.float32)
+    out[near] = _cut(line, off[near] * side[near], position[near], points[near], seed)
+    return out
+
+
+def _cut(line, off, position, points, seed):
+    """`_profile` of points at signed distances [n] mm from the curve, outwards positive."""
+    side = np.sign(off)
+    uneven = value_noise(points, 7.0, seed)
+    strength = np.clip(1 + 0.35 * uneven, 0.2, 1.8)
+    off = np.abs(off + line.wander * uneven)
     fade = smoothstep(0, 0.22, position) * smoothstep(1, 0.78, position)
     width = line.width * (0.45 + 0.55 * fade)
     valley = np.exp(-((off / (0.55 * width)) ** 2))
     # Skin that is pushed together stands up on both sides, more on the side it comes from.
     bulge = np.exp(-(((off - 1.25 * width) / (0.75 * width)) ** 2))
     lean = 0.42 * (1 + line.lean * side)
-    return (line.depth * fade * strength * (lean * bulge - valley)).astype(np.float32)
+    return line.depth * fade * strength * (lean * bulge - valley)
 
 
 @numba.njit(cache=True, nogil=True)

@@ -47,7 +47,7 @@ class PairOptions:
     """How pairs are painted."""
 
     size: int = 256  # S, pixels on a side
-    targets: int = 12  # pictures of one subject
+    targets: int = 16  # pictures of one subject
     spread: float = 0.8  # standard deviations of the identities
     # Size of the fit's mistakes, 1 as the fit has them: 0.25 standard deviations of identity, with the
     # landmarks mended but for 0.5 mm in the picture and half of the mistake in depth; 5% of each
@@ -149,7 +149,7 @@ def marked(rng, stage, albedo):
     """A skin with what its photograph did not have: lipstick, freckles, moles [T, T, 3]."""
     head, texels = stage.head, stage.atlas.size
     out = albedo.copy()
-    if rng.random() < 0.2:
+    if rng.random() < 0.12:
         outer, inner = (
             np.round(head.landmark_uv()[ring] * texels * 16).astype(np.int32)
             for ring in (LIPS_OUTER, LIPS_INNER)

@@ -5,7 +5,7 @@ from bakery.synth import quick, skins
 from bakery.synth.pair_painter import PairOptions, paint_subject
 from bakery.synth.pairs import NAME, Shard, write_shard
 
-SUBJECTS = 16  # of a shard
+SUBJECTS = 8  # of a shard
 
 
 def write(heads, folder, count, seed=0, skin_folder=None, options=None):

@@ -108,7 +108,7 @@ def turned(environment, turn):
     return Environment(lamps, ambient)
 
 
-def paint(figure, expression, gaze, camera, supersample=2):
+def paint(figure, expression, gaze, camera, supersample=1.5):
     """Scene light [H, W, 3] linear of one picture, and what is seen [H, W] (part, -1 for none).
 
     Args:
@@ -146,7 +146,7 @@ def paint(figure, expression, gaze, camera, supersample=2):
     if supersample > 1:
         size = (camera.width, camera.height)
         image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
-        kind = kind[supersample // 2 :: supersample, supersample // 2 :: supersample]
+        kind = cv2.resize(kind, size, interpolation=cv2.INTER_NEAREST)
     return image, kind
 
 

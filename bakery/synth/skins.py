@@ -13,6 +13,7 @@ import numpy as np
 
 from bakery.errors import InputError
 from bakery.geometry import rotation
+from bakery.geometry.color import LUMA
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.noise import value_noise
@@ -99,7 +100,9 @@ def mixed(rng, paths, points):
     Returns:
         albedo [T, T, 3] float32 linear.
     """
-    first, second = (load(paths[k]) for k in rng.integers(len(paths), size=2))
+    first, *others = (load(paths[k]) for k in rng.integers(len(paths), size=5))
+    # Of four, the one nearest in tone: very dark features on very light skin look like burns.
+    second = min(others, key=lambda one: abs(_level(one) - _level(first)))
     tone_a, detail_a = _parted(_turned(rng, first))
     tone_b, detail_b = _parted(_turned(rng, second))
     share = _share(rng, points)[..., None]
@@ -111,6 +114,11 @@ def mixed(rng, paths, points):
     gain = rng.uniform(0.85, 1.2)
     albedo = np.exp(tone + gain * detail - pigment)
     return np.clip(albedo, 0.004, 0.95).astype(np.float32)
+
+
+def _level(albedo):
+    """Log-luminance of a skin as a whole."""
+    return float(np.log(albedo[::16, ::16] @ LUMA).mean())
 
 
 def _turned(rng, albedo):
