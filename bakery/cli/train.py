@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 
 from bakery.cli import options
+from bakery.cli.train_identity import identity
 
 folder = click.Path(path_type=Path)
 
@@ -164,3 +165,6 @@ def export_pagan(run, output, overwrite):
 
     options.may_write(output, overwrite)
     click.echo(json.dumps(export(run, output)))
+
+
+train.add_command(identity)
