@@ -15,12 +15,15 @@ from bakery.types import EXPRESSION_INDEX
 # Upper and lower lid margins from the outer to the inner corner, column by column, left eye first.
 UPPER = tuple(rim[1:-1] for rim in marks.LIDS_UPPER)
 LOWER = tuple(rim[1:-1] for rim in marks.LIDS_LOWER)
-OVERLAP = 0.08  # of the opening: hides the eye, and does not yet look squeezed
+# Shares of the widest opening from the outer to the inner column: enough to hide the eye, and not yet
+# squeezed. At the nose the lower lid lies deep, and from the side one looks in under the upper lid.
+OVERLAP = (0.03, 0.04, 0.05, 0.05, 0.055, 0.07, 0.075)
 CLEAR_UPPER, CLEAR_LOWER = (
     0.5,
     0.15,
 )  # mm above the white of the eye; the upper lid lies on the lower
-GAIN = (0.6, 1.8)  # limits of what a column may be scaled by
+GAIN = (0.5, 1.8)  # limits of what a column may be scaled by
+ROUNDS = 6  # of correction: after four no column changes its overlap by more than 0.5%
 
 
 def close_lids(head, neutral):
@@ -53,20 +56,23 @@ def _closed(head, neutral, blink, eye, center, radius, skin):
     if travel.max() < 1.0:  # mm: this head has no blink
         return blink
     opening = rest[upper, 1] - rest[lower, 1]
-    gap = shut[upper, 1] - shut[lower, 1]
-    wanted = travel + gap + OVERLAP * opening
-    gain = np.clip(wanted / np.maximum(travel, 0.3 * travel.max()), *GAIN)
-    gain[[0, -1]] = np.maximum(gain[[0, -1]], 1)  # corners show the eye first
-    for _ in range(2):  # no spike where one column's landmarks err
-        gain = np.convolve(np.pad(gain, 1, "edge"), [0.25, 0.5, 0.25], "valid")
+    wanted = np.multiply(OVERLAP, opening.max())
     # Columns run along x; beyond the corners the blink stays as it is.
     columns = np.concatenate([rest[upper, 0], rest[marks.LIDS_UPPER[eye][[0, -1]], 0]])
-    gains = np.concatenate([gain, [1.0, 1.0]])
     order = np.argsort(columns)
-    scale = np.interp(neutral[:, 0], columns[order], gains[order])
+    moving = skin & (np.abs(blink).max(1) > 0.05)
     falling = skin & (blink[:, 1] < -0.1)
-    out = blink * np.where(falling, scale, 1)[:, None]
-    return _off_the_ball(neutral, out, center, radius, skin & (np.abs(blink).max(1) > 0.05))
+    gain, out = np.ones(len(upper)), blink
+    for _ in range(ROUNDS):
+        now = head.landmarks(neutral + out)
+        missing = wanted - (now[lower, 1] - now[upper, 1])
+        gain = np.clip(gain + 0.8 * missing / np.maximum(travel, 0.3 * travel.max()), *GAIN)
+        smooth = np.convolve(np.pad(gain, 1, "edge"), [0.2, 0.6, 0.2], "valid")  # no spikes
+        gains = np.concatenate([smooth, [1.0, 1.0]])
+        scale = np.interp(neutral[:, 0], columns[order], gains[order])
+        out = blink * np.where(falling, scale, 1)[:, None]
+        out = _off_the_ball(neutral, out, center, radius, moving)
+    return out
 
 
 def _off_the_ball(neutral, blink, center, radius, moving):
