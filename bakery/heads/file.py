@@ -27,6 +27,8 @@ from bakery.types import EXPRESSIONS, LANDMARKS
 
 BUILT_IN = Path(__file__).resolve().parent.parent / "assets" / "heads"
 DEFAULT = "makehuman"
+# Bytes of identity modes that are stored as they are: inflating the built-in head's took 28 of 65 ms.
+PLAIN = 6_000_000
 ARRAYS = (
     "name licence source mean faces uv uv_faces face_part part_names follow identity "
     "expression_names expression_start expression_vertex expression_value landmark_faces "
@@ -217,11 +219,15 @@ def save_head(path, head, threshold=2e-3):
         "rectangles": np.array(list(head.uv_rectangles.values()), np.float32).reshape(-1, 4),
     }
     _from_arrays(arrays)
-    save_arrays(path, arrays)
+    save_arrays(path, arrays, plain="identity" if arrays["identity"].nbytes <= PLAIN else None)
 
 
-def save_arrays(path, arrays):
-    """Write arrays as .npz; the same arrays give the same bytes, and a torn file is never seen."""
+def save_arrays(path, arrays, plain=None):
+    """Write arrays as .npz; the same arrays give the same bytes, and a torn file is never seen.
+
+    Args:
+        plain: name of an array that is not compressed.
+    """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     draft = path.with_name(f".{path.name}.{os.getpid()}")
@@ -229,7 +235,7 @@ def save_arrays(path, arrays):
         with zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
             for key, array in arrays.items():
                 stamp = zipfile.ZipInfo(f"{key}.npy", (1980, 1, 1, 0, 0, 0))  # np.savez writes now
-                stamp.compress_type = zipfile.ZIP_DEFLATED
+                stamp.compress_type = zipfile.ZIP_STORED if key == plain else zipfile.ZIP_DEFLATED
                 with archive.open(stamp, "w") as stream:
                     np.lib.format.write_array(stream, np.asarray(array), allow_pickle=False)
         draft.replace(path)
