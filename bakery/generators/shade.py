@@ -26,13 +26,13 @@ def lid_occlusion(part, depth, focal):
     eyes = is_part(part, *EYES)
     if not eyes.any():
         return np.ones(part.shape, np.float32)
-    radius = max(focal / float(np.median(depth[eyes])) * 1.1, 0.6)  # 1.1 mm in pixels
+    radius = max(focal / float(np.median(depth[eyes])) * 1.4, 0.6)  # 1.4 mm in pixels
     covered = cv2.GaussianBlur((~eyes).astype(np.float32), (0, 0), radius)
     shift = np.float32([[1, 0, 0], [0, 1, 0.9 * radius]])
     covered = cv2.warpAffine(
         covered, shift, part.shape[::-1], flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
-    return np.where(eyes, 1 - 0.62 * smoothstep(0.15, 1.0, covered), 1).astype(np.float32)
+    return np.where(eyes, 1 - 0.72 * smoothstep(0.15, 1.0, covered), 1).astype(np.float32)
 
 
 def lip_occlusion(part, depth, focal, lip_depth):

@@ -163,10 +163,15 @@ def see(atlas, view, tolerance=2.0):
     return Sight(pixels, cosine, seen * bilinear(view.edge, pixels))
 
 
-def soften(weight, inside):
-    """Shrink and blur a weight [T, T] in the atlas so that no binary edge shows, keeping charts."""
+def soften(weight, inside, blur=1 / 400):
+    """Shrink and blur a weight [T, T] in the atlas so that no binary edge shows, keeping charts.
+
+    Args:
+        inside: [T, T] 1 on the charts.
+        blur: share of T.
+    """
     size = max(3, weight.shape[0] // 256 | 1)
     smallest = cv2.erode(np.where(inside > 0, weight, 1), np.ones((size, size), np.uint8))
-    blurred = cv2.GaussianBlur(smallest * inside, (0, 0), weight.shape[0] / 400)
-    mass = cv2.GaussianBlur(inside, (0, 0), weight.shape[0] / 400)
+    blurred = cv2.GaussianBlur(smallest * inside, (0, 0), weight.shape[0] * blur)
+    mass = cv2.GaussianBlur(inside, (0, 0), weight.shape[0] * blur)
     return np.clip(np.minimum(blurred / np.maximum(mass, 1e-3), smallest * 1.5), 0, 1) * inside

@@ -80,7 +80,7 @@ def prepare(photo, landmarks, fit, neutral, head, cover, resolution):
         photo, cover, landmarks.points, fit, head, vertices, resolution
     )
     on_skin = atlas.take("skin")
-    sight = see(on_skin, make_view(vertices, head, local.camera, edge=0.5))
+    sight = see(on_skin, make_view(vertices, head, local.camera, edge=0.75))
     skin = complete_skin(image, cover.skin, points, local, head, vertices, on_skin, sight)
     blank = np.zeros((8, 8, 3), np.float32)
     drawn = condition(head, neutral, blank, fit.expression, fit.gaze, local.camera)

@@ -102,9 +102,8 @@ def complete_skin(linear, skin_mask, points, fit, head, vertices, atlas, sight):
     """
     pixels = sight.pixels
     # There is no second view that could know better, so even slanting skin counts.
-    weight = sight.weight(grazing=86.0, full=70.0)
-    turned = sight.weight(grazing=89.5, full=80.0)
-    weight = np.maximum(weight, turned * bilinear(rims(points, linear.shape[:2]), pixels))
+    weight = sight.weight(grazing=88.0, full=76.0)
+    weight = np.maximum(weight, sight.visible * bilinear(rims(points, linear.shape[:2]), pixels))
     weight *= smoothstep(0.5, 0.95, bilinear(open_lids(skin_mask, points), pixels))
     color = bilinear(linear, pixels)
 

@@ -12,13 +12,15 @@ from bakery.geometry.sample import bilinear
 from bakery.heads.scalp import scalp
 from bakery.landmarks import face_size
 from bakery.stages.atlas import soften
-from bakery.stages.segment import HAIR, SKIN
+from bakery.stages.segment import BACKGROUND, CLOTHES, HAIR, SKIN
 
 HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
+HALO = (0.007, 0.025)  # of the eye distance, from the background: its light is on what is nearer
 LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
 ON_SCALP = (89.0, 82.0)  # degrees: the photo says nothing beyond the first, all below the second
-ON_SKIN = (86.0, 76.0)  # the same off the scalp, where hair hangs before the skin, not on it
-BARE = (83.0, 70.0)  # the same for the strip of skin beside hair, which darkens towards its edge
+ON_SKIN = (89.0, 82.0)  # the same off the scalp, where hair hangs before the skin, not on it
+BESIDE = 90  # share of the atlas that hair goes on beyond what was seen of it, off the scalp
+BARE = (87.5, 75.0)  # the same for the strip of skin beside hair, which darkens towards its edge
 CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
 
 
@@ -44,11 +46,12 @@ def cover_of(segmentation, points):
     hair = segmentation.labels == HAIR
     away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
     near = smoothstep(*HAIR_STRIP, away) if hair.any() else np.ones(hair.shape)
+    behind = np.isin(segmentation.labels, (BACKGROUND, CLOTHES))
+    off = cv2.distanceTransform((~behind).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
+    clear = smoothstep(*HALO, off) if behind.any() else np.ones(hair.shape)
     strip = (1 - near) * (segmentation.labels == SKIN)
     return Cover(
-        (segmentation.skin * near).astype(np.float32),
-        hair.astype(np.float32),
-        strip.astype(np.float32),
+        *(x.astype(np.float32) for x in (segmentation.skin * near, hair * clear, strip * clear))
     )
 
 
@@ -71,8 +74,8 @@ def hair_layer(linear, cover, head, atlas, sight):
     # Background that a skull too large shows is no proof of a bald head.
     proof = smoothstep(0.3, 0.9, here + edge + bare)
     on_scalp, on_skin, on_bare = (
-        soften(atlas.paint(sight.weight(*limits) * proof), inside)
-        for limits in (ON_SCALP, ON_SKIN, BARE)
+        soften(atlas.paint(sight.weight(*limits) * proof), inside, blur)
+        for limits, blur in ((ON_SCALP, 1 / 400), (ON_SKIN, 1 / 400), (BARE, 1 / 120))
     )
     seen = on_skin + growth * (on_scalp - on_skin)
     color = atlas.paint(bilinear(linear, pixels))
@@ -84,7 +87,9 @@ def hair_layer(linear, cover, head, atlas, sight):
         return np.concatenate([color, np.ones_like(color[..., :1])], -1) * shown[..., None]
     # Unseen scalp has hair if the scalp that was seen nearest to it has: thin hair stays thin.
     grown = diffuse(here[..., None], np.minimum(on_scalp, growth + 0.02))
-    unseen = (1 - seen) * growth * smoothstep(0.35, 0.65, both_sides(grown, seen))[..., 0]
+    beside = np.clip(2 * cv2.GaussianBlur(lock, (0, 0), atlas.size / BESIDE), 0, 1)
+    ground = np.maximum(growth, beside)  # what hangs over the temples does not end with the view
+    unseen = (1 - seen) * ground * smoothstep(0.35, 0.65, both_sides(grown, seen))[..., 0]
     sure = cv2.erode((lock > 0.9).astype(np.float32), np.ones((5, 5), np.uint8)) * growth
     dark = np.log(np.maximum(color, 1e-3))  # dark hair stays dark beside its highlights
     smooth = np.exp(both_sides(diffuse(dark, sure if sure.any() else lock), seen))
