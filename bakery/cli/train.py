@@ -57,18 +57,24 @@ def export_detector(finder_run, points_run, output, overwrite):
 @train.command(cls=options.Command)
 @click.argument("portraits", type=folder)
 @click.option("-o", "--output", required=True, type=folder, help=".safetensors to write.")
+@click.option("--commit", default="", help="Commit of this code, for the card.")
 @options.head
 @options.overwrite
-def albedo(portraits, output, head, overwrite):
-    """Learn the albedo basis from london/train of PORTRAITS."""
+def albedo(portraits, output, commit, head, overwrite):
+    """Learn the albedo basis from london/train of PORTRAITS; its card goes beside it."""
     from bakery import steps
-    from bakery.train.albedo import learn, save
+    from bakery.formats import record
+    from bakery.formats.files import write_bytes
+    from bakery.train.albedo import learn, model_card, save
     from bakery.train.subjects import albedo_subjects
 
+    card = output.with_suffix(".json")
     options.may_write(output, overwrite)
+    options.may_write(card, overwrite)
     model = steps.load_head(head)
     basis, figures = learn(albedo_subjects(portraits, model), model)
     save(basis, output)
+    write_bytes(card, record.dump(model_card(basis, figures, output, commit)))
     click.echo(json.dumps(figures))
 
 

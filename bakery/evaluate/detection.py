@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery.errors import InputError
 from bakery.formats.image import read_photo
+from bakery.formats.portraits import reference_points
 from bakery.landmarks import face_size
 from bakery.stages.detect import detect_faces
 
@@ -98,18 +98,10 @@ def measure_folder(portraits, detector, sets=SETS):
         InputError: dense478.npz is missing or names no photo of the sets.
     """
     portraits = Path(portraits)
-    path = portraits / "dense478.npz"
-    if not path.exists():
-        raise InputError(f"{portraits}: no dense478.npz; give the folder of portraits that has it")
-    table = np.load(path)
     human = human_points(portraits)
-    chosen = [i for i, name in enumerate(table["names"]) if str(name).startswith(tuple(sets))]
-    if not chosen:
-        raise InputError(f"{path}: names no photo of {', '.join(sets)}")
-    for i in chosen:
-        name = str(table["names"][i])
-        image = read_photo(portraits / name).encoded
-        reference = table["points"][i][:, :2]
+    for path, reference in reference_points(portraits, sets).items():
+        name = path.relative_to(portraits).as_posix()
+        image = read_photo(path).encoded
         count, errors, human_error = measure(image, detector, reference, human.get(name))
         yield PhotoResult(name, count, float(errors.mean()), float(errors.max()), human_error)
 

@@ -1,15 +1,12 @@
 """Measures of the fit: landmark errors on photos, surface errors on synthetic portraits."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import cv2
 import numba
 import numpy as np
 
 from bakery import landmarks as marks
-from bakery.errors import InputError
-from bakery.formats.image import read_photo
 from bakery.geometry import camera as cameras
 from bakery.geometry import harmonics, mesh, rotation
 from bakery.geometry.color import to_encoded
@@ -17,11 +14,9 @@ from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import interpolate
 from bakery.heads.base import INTERIOR, weights
 from bakery.stages import fit_albedo
-from bakery.stages.fit import FitOptions, fit, prepare
 from bakery.stages.warp import residual_offsets
 from bakery.types import Camera, Landmarks, Photo
 
-DEFAULTS = FitOptions()
 EXPRESSIONS_SHOWN = (  # of the synthetic portraits, in turn
     {},
     {"mouthSmileLeft": 0.6, "mouthSmileRight": 0.6, "jawOpen": 0.1},
@@ -227,80 +222,3 @@ def synthetic_error(synthetic, fit, head, layout):
         truth, found, faces, start, head.landmarks(found)[: marks.FACE], rounds=12
     )
     return float(np.median(distances))
-
-
-def measure_synthetic(truth, head, count=12, seed=3, options=DEFAULTS):
-    """Fit `head` to synthetic portraits of another head model.
-
-    Args:
-        truth: HeadModel the portraits show; head: HeadModel that is fitted.
-
-    Yields:
-        dict: name, surface_mm (median over the face after similarity), seconds.
-    """
-    basis = fit_albedo.load_albedo()
-    rng = np.random.default_rng(seed)
-    prepare(head, options)
-    for number in range(count):
-        portrait = synthetic_portrait(truth, rng, number, basis=basis)
-        found = fit(portrait.photo, portrait.landmarks, head, options)
-        error = synthetic_error(portrait, found, head, basis.layout)
-        yield {"name": f"synthetic {number}", "surface_mm": error, "seconds": found.seconds}
-
-
-def measure_folder(portraits, head, sets=("london/val",), options=DEFAULTS, skin=None):
-    """Fit a head to portraits with their given dense points.
-
-    Args:
-        portraits: folder with dense478.npz and the photos it names.
-        sets: the first part of the names to take.
-        skin: function (encoded, points) -> [H, W] 0..1, or None.
-
-    Yields:
-        dict: name, `landmark_error` of the fit, the same without the warp as `linear`, the
-        diagnostics, seconds.
-
-    Raises:
-        InputError: dense478.npz is missing or names no photo of the sets.
-    """
-    portraits = Path(portraits)
-    path = portraits / "dense478.npz"
-    if not path.exists():
-        raise InputError(f"{portraits}: no dense478.npz; give the folder of portraits that has it")
-    with np.load(path) as table:
-        names, points = [str(name) for name in table["names"]], table["points"]
-    chosen = [index for index, name in enumerate(names) if name.startswith(tuple(sets))]
-    if not chosen:
-        raise InputError(f"{path}: names no photo of {', '.join(sets)}")
-    prepare(head, options)
-    for index in chosen:
-        photo = read_photo(portraits / names[index])
-        where = landmarks_of(points[index])
-        mask = None if skin is None else skin(photo.encoded, where.points)
-        found = fit(photo, where, head, options, mask)
-        yield {
-            "name": names[index],
-            **landmark_error(found, points[index]),
-            "linear": 100 * found.diagnostics["landmark_error_linear"],
-            "seconds": found.seconds,
-            "diagnostics": found.diagnostics,
-        }
-
-
-def summarize(rows):
-    """Means of the numbers of `measure_folder` or `measure_synthetic`, by kind of photo.
-
-    Returns:
-        dict: "neutral", "smiling" or "all" -> {name: mean; "seconds": median; "photos": count}.
-    """
-    kinds = {}
-    for row in rows:
-        kind = next((kind for kind in ("neutral", "smiling") if kind in row["name"]), "all")
-        kinds.setdefault(kind, []).append(row)
-    out = {}
-    for kind, group in kinds.items():
-        keys = [key for key, value in group[0].items() if isinstance(value, float)]
-        out[kind] = {key: float(np.mean([row[key] for row in group])) for key in keys}
-        out[kind]["seconds"] = float(np.median([row["seconds"] for row in group]))
-        out[kind]["photos"] = len(group)
-    return out

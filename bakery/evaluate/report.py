@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from bakery import steps
-from bakery.errors import BakeryError, InputError
+from bakery.errors import BakeryError
 from bakery.evaluate.avatar_pairs import Pair, quick
 from bakery.evaluate.avatar_pairs import measure as measure_pair
 from bakery.evaluate.fitting import (
@@ -16,33 +16,10 @@ from bakery.evaluate.fitting import (
     synthetic_portrait,
 )
 from bakery.formats.image import read_photo
+from bakery.formats.portraits import reference_points
 from bakery.stages.fit_albedo import load_albedo
 
 VALIDATION = "london/val"  # what nothing was trained or tuned on
-
-
-def reference_points(portraits, start=VALIDATION):
-    """Photos with their 478 reference points: path -> [478, 2] pixels.
-
-    Args:
-        portraits: folder with dense478.npz and the photos that it names.
-        start: how the names of the wanted photos begin.
-
-    Raises:
-        InputError: dense478.npz is missing, or names no such photo.
-    """
-    portraits = Path(portraits)
-    if not (portraits / "dense478.npz").is_file():
-        raise InputError(f"{portraits}: no dense478.npz; give the folder of portraits that has it")
-    with np.load(portraits / "dense478.npz") as table:
-        found = {
-            portraits / str(name): points[:, :2].astype(np.float64)
-            for name, points in zip(table["names"], table["points"])
-            if str(name).startswith(start)
-        }
-    if not found:
-        raise InputError(f"{portraits}: dense478.npz names no photo of {start}")
-    return found
 
 
 def fits(portraits, head, detector=None, start=VALIDATION):

@@ -6,15 +6,12 @@ principal modes, each face once as it is and once mirrored.
 """
 
 import hashlib
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from bakery.errors import InputError
-from bakery.formats.image import read_photo
 from bakery.geometry import camera as cameras
 from bakery.geometry import harmonics, mesh
 from bakery.geometry.color import LUMA, to_linear
@@ -22,11 +19,8 @@ from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
 from bakery.landmarks import FACE
 from bakery.stages import fit_albedo
-from bakery.stages.fit import FitOptions, fit
 from bakery.stages.fit_albedo import AlbedoBasis
-from bakery.stages.segment import segment
 from bakery.stages.warp import residual_offsets
-from bakery.types import Landmarks
 
 SKIN_LUMA = 0.35  # mean albedo of skin by convention: light and albedo share one free scale
 
@@ -180,55 +174,6 @@ def analyse(albedo, trusts, mirror, options):
     return center, modes, explained
 
 
-def train(portraits, head, folder, commit, start="london/train", options=DEFAULTS):
-    """Learn the basis from the neutral photos of a folder of portraits and write it with its card.
-
-    Args:
-        portraits: folder with dense478.npz and the photos it names.
-        folder: where albedo.safetensors and albedo.json go.
-        commit: of this code, for the card.
-        start: first part of the names of the photos, all taken in one light.
-
-    Returns:
-        the card, a dict.
-
-    Raises:
-        InputError: no photo to learn from.
-    """
-    portraits, folder = Path(portraits), Path(folder)
-    path = portraits / "dense478.npz"
-    if not path.exists():
-        raise InputError(f"{portraits}: no dense478.npz; give the folder of portraits that has it")
-    with np.load(path) as table:
-        points = {
-            str(name): where
-            for name, where in zip(table["names"], table["points"])
-            if str(name).startswith(start) and "neutral" in str(name)
-        }
-    if len(points) < options.modes:
-        raise InputError(
-            f"{path}: {len(points)} neutral photos of {start}, at least {options.modes} are needed; "
-            "lower the number of modes or give more photos"
-        )
-
-    def subjects():
-        for name, where in points.items():
-            photo = read_photo(portraits / name)
-            low, high = where[:, :2].min(0), where[:, :2].max(0)
-            landmarks = Landmarks(
-                np.concatenate([low, high - low]), 1.0, where[:, :2], np.ones(len(where))
-            )
-            placed = fit(photo, landmarks, head, FitOptions(photometric=False))
-            yield photo, placed, segment(photo.encoded, landmarks.points).skin
-
-    basis, metrics = learn(subjects(), head, options)
-    folder.mkdir(parents=True, exist_ok=True)
-    save(basis, folder / "albedo.safetensors")
-    card = model_card(basis, metrics, folder / "albedo.safetensors", commit, f"{start}, neutral")
-    (folder / "albedo.json").write_text(json.dumps(card, indent=2) + "\n", encoding="utf-8")
-    return card
-
-
 def learn(subjects, head, options=DEFAULTS):
     """Learn an AlbedoBasis.
 
@@ -293,19 +238,19 @@ def save(basis, path):
     save_file({key: np.ascontiguousarray(value) for key, value in arrays.items()}, path)
 
 
-def model_card(basis, metrics, path, commit, photos):
+def model_card(basis, metrics, path, commit):
     """What the basis is, as a JSON table.
 
     Args:
         path: the saved basis, whose digest goes in.
-        commit: of the code; photos: which photos.
+        commit: of the code.
     """
     return {
         "name": "skin albedo basis",
         "purpose": "low-frequency skin reflectance for the photometric fit, linear Rec.709",
         "method": "landmark fit, unwrap, common light divided out, principal components; each face "
         "as it is and mirrored; deterministic, no seed",
-        "data": photos,
+        "data": "london/train, neutral",
         "attribution": ATTRIBUTION,
         "licence": "CC-BY-4.0",
         "limits": "one studio light, adults, 62 people; what tints the mean face counts as skin; "

@@ -1,8 +1,6 @@
 import numpy as np
-import pytest
 
-from bakery.errors import InputError
-from bakery.evaluate import fitting
+from bakery.evaluate import fitting, report
 from bakery.geometry import rotation
 from bakery.heads.file import load_head
 
@@ -44,14 +42,5 @@ def test_a_moved_and_scaled_copy_has_no_surface_error():
 
 def test_a_head_fits_its_own_synthetic_portrait():
     head = load_head("makehuman")
-    row = next(fitting.measure_synthetic(head, head, count=1))
-    assert row["surface_mm"] < 1.5
-    assert fitting.summarize([row])["all"]["photos"] == 1
-
-
-def test_a_folder_without_points(tmp_path):
-    with pytest.raises(InputError, match="dense478"):
-        next(fitting.measure_folder(tmp_path, load_head("makehuman")))
-    np.savez(tmp_path / "dense478.npz", names=np.array(["a/b.jpg"]), points=np.zeros((1, 478, 3)))
-    with pytest.raises(InputError, match="names no photo"):
-        next(fitting.measure_folder(tmp_path, load_head("makehuman"), ("c",)))
+    row = next(report.synthetic(head, head, count=1))
+    assert row["millimetres"] < 1.5
