@@ -40,7 +40,7 @@ lint: $(READY) ## check style and spelling
 	$(RUN)/codespell bakery tests docs README.md CHANGELOG.md Makefile
 
 golden: $(READY) ## accept today's pictures as the golden ones
-	UPDATE_GOLDEN=1 $(RUN)/python -m pytest tests/golden
+	UPDATE_GOLDEN=1 $(RUN)/python -m pytest tests/golden tests/web
 
 bench: $(READY) ## measure speed and memory; append a line to tests/bench/results.csv
 	$(RUN)/python tests/bench/bench.py '$(SAMPLE)'

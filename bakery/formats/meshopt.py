@@ -29,12 +29,12 @@ def encode_vertices(array):
         ValueError: the entries have another size.
     """
     array = np.ascontiguousarray(array)
-    data = array.view(np.uint8).reshape(len(array), -1)
-    stride = data.shape[1]
-    if not len(data) or stride % 4 or not 4 <= stride <= 256:
+    stride = array.nbytes // max(len(array), 1)
+    if not len(array) or stride % 4 or not 4 <= stride <= 256:
         raise ValueError(
-            f"{len(data)} vertices of {stride} bytes; needs some of 4 to 256, by fours"
+            f"{len(array)} vertices of {stride} bytes; needs some of 4 to 256, by fours"
         )
+    data = array.view(np.uint8).reshape(len(array), stride)
     out = np.empty(64 + data.size * 2, np.uint8)
     out[0] = VERTEX_HEADER
     end = _encode_blocks(data, out, 1)

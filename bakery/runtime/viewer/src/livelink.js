@@ -82,7 +82,7 @@ export function parseTake(name, bytes, expressions) {
 }
 
 function findColumns(name, header, expressions) {
-  const wanted = ['Timecode', 'BlendShapeCount', ...expressions];
+  const wanted = ['Timecode', 'BlendShapeCount', ...expressions.map((one) => one[0].toUpperCase() + one.slice(1))];
   const known = new Set([...wanted, ...HEAD, ...EYES].map((column) => column.toLowerCase()));
   const places = new Map();
   const others = [];

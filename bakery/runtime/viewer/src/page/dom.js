@@ -69,7 +69,8 @@ export function segment(group, choices, choose) {
 export function slider(word, { low, high, step, unit = '', title }, changed) {
   const id = 's-' + word.replace(/\W+/g, '-').toLowerCase();
   const digits = step < 1 ? 2 : 0;
-  const output = make('output', { for: id });
+  // Not an <output>: fifty live regions would talk over each other; the slider itself says its value.
+  const output = make('span', { className: 'value', 'aria-hidden': 'true' });
   const input = make('input', { type: 'range', id, min: low, max: high, step });
   const row = make('div', { className: 'row' }, make('label', { for: id, title: title ?? word }, word), input, output);
   const show = (value) => {

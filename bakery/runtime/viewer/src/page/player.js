@@ -19,12 +19,13 @@ export class Player {
     this.loop = true;
     this.gain = 1;
     this.recorder = null;
+    this.bytes = 0; // of the recording
     const file = make('input', { type: 'file', accept: '.csv,text/csv', className: 'hidden', id: 'take-file',
       onchange: () => file.files[0] && this.open(file.files[0]) });
     this.name = make('p', { className: 'note' }, 'A CSV recorded with Live Link Face, or written by `bakery track`.');
     this.notes = make('p', { className: 'note', role: 'status' });
     this.button = make('button', { type: 'button', disabled: true, onclick: () => this.toggle() }, 'Play');
-    this.clock = make('output', { className: 'note' }, '0:00');
+    this.clock = make('span', { className: 'note' }, '0:00');
     this.place = make('input', { type: 'range', min: 0, max: 1, step: 0.001, value: 0, disabled: true, 'aria-label': 'Place in the take',
       oninput: () => this.seek(Number(this.place.value) * this.length) });
     this.record = make('button', { type: 'button', onclick: () => this.toggleRecording() }, 'Record WebM');
@@ -122,9 +123,14 @@ export class Player {
       return;
     }
     const pieces = [];
+    this.bytes = 0;
     const stream = this.avatar.canvas.captureStream(30);
     this.recorder = new MediaRecorder(stream, { mimeType: kind, videoBitsPerSecond: 8e6 });
-    this.recorder.ondataavailable = (event) => event.data.size && pieces.push(event.data);
+    this.recorder.ondataavailable = (event) => {
+      pieces.push(event.data);
+      this.bytes += event.data.size;
+      if (this.recorder) this.record.textContent = `Stop recording (${Math.ceil(this.bytes / 1024)} kB)`;
+    };
     this.recorder.onstop = () => {
       stream.getTracks().forEach((track) => track.stop());
       this.recorder = null;

@@ -1,0 +1,65 @@
+"""What other programs make of the GLBs: three.js with the authors' own meshopt decoder."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bakery.formats import meshopt
+from bakery.formats.web_glb import web_glb
+from bakery.heads.base import weights
+from bakery.stages.lod import shape_displacements
+from bakery.stages.web import PIECES, surfaces
+from bakery.types import EXPRESSIONS
+
+
+@pytest.fixture(scope="module")
+def pieces(head):
+    return surfaces(head, head.mean)
+
+
+def test_web_head_in_three(head, pieces, node, tmp_path):
+    """All 52 names; a mix of shapes, posed by three's own arithmetic, is where the head model is."""
+    (tmp_path / "head.glb").write_bytes(web_glb(pieces, EXPRESSIONS, "test"))
+    mix = weights({"jawOpen": 0.7, "mouthSmileLeft": 0.5, "eyeBlinkRight": 1.0})
+    (tmp_path / "weights.json").write_text(json.dumps(mix.tolist()))
+    seen = json.loads(node(__file__.replace("test_three.py", "three.mjs"), tmp_path / "head.glb",
+                           tmp_path / "weights.json", tmp_path))  # fmt: skip
+    assert seen["names"] == list(EXPRESSIONS)
+    assert seen["materials"] == list(PIECES)
+    found = np.fromfile(tmp_path / "skin.f32", np.float32).reshape(-1, 3) * 1000
+    skin = pieces[0]
+    wanted = skin.vertices + np.tensordot(mix, skin.shapes, 1)
+    # A shape below 5 micrometres is taken for rest, three of them are mixed; steps are 0.5 more.
+    np.testing.assert_allclose(found, wanted, atol=0.02)
+
+
+def test_whole_head_in_three(bundle, node, tmp_path):
+    (tmp_path / "weights.json").write_text(json.dumps([0.0] * 52))
+    seen = json.loads(node(__file__.replace("test_three.py", "three.mjs"), bundle / "head.glb",
+                           tmp_path / "weights.json", tmp_path))  # fmt: skip
+    assert seen["names"] == list(EXPRESSIONS)
+
+
+def test_streams_by_the_authors_decoder_and_ours(node, tmp_path):
+    rng = np.random.default_rng(2)
+    steps = rng.choice([0, 1, 5, 200], (777, 12), p=[0.7, 0.1, 0.1, 0.1])
+    vertices = np.cumsum(steps, 0).astype(np.uint8)
+    indices = rng.integers(0, 60_000, 900).astype(np.uint32)
+    (tmp_path / "vertices.bin").write_bytes(meshopt.encode_vertices(vertices))
+    (tmp_path / "indices.bin").write_bytes(meshopt.encode_indices(indices))
+    seen = json.loads(
+        node(__file__.replace("test_three.py", "streams.mjs"), tmp_path, 777, 12, 900)
+    )
+    for which in ("authors", "ours"):
+        assert seen[which]["vertices"] == vertices.ravel().tolist()
+        assert seen[which]["indices"] == indices.tolist()
+    assert seen["cut"] == 2, "ours refuses streams that were cut short"
+
+
+def test_displacements_are_those_of_the_head(head):
+    """A surface's shapes: the head at weight 1 minus the head at rest, eyeballs turned rigidly."""
+    shapes = shape_displacements(head, head.mean)
+    skin = head.part_vertices("skin")
+    jaw = EXPRESSIONS.index("jawOpen")
+    np.testing.assert_allclose(shapes[jaw, skin], head.expression_basis[jaw, skin], atol=1e-4)
