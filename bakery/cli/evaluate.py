@@ -76,6 +76,26 @@ def synthetic(truth, head, count, seed):
 
 
 @evaluate.command(cls=options.Command)
+@click.argument("folder", type=click.Path(path_type=Path))
+@click.option("--head", "heads", multiple=True, default=["makehuman"], help="May be repeated.")
+@click.option("--pictures", type=click.Path(path_type=Path), help="Folder for the drawn views.")
+def scan(folder, heads, pictures):
+    """Surface distance of fits to pictures of the scanned head in FOLDER, by our own detection."""
+    import numpy as np
+
+    from bakery.evaluate import scan as measures
+    from bakery.steps import load_head
+
+    truth = measures.read_scan(folder)
+    for head in heads:
+        rows = []
+        for row in measures.measure(truth, load_head(head), pictures=pictures):
+            _line(row)
+            rows.append(row["median_mm"])
+        _line({"head": head, "median_mm": round(float(np.mean(rows)), 3)})
+
+
+@evaluate.command(cls=options.Command)
 @portraits
 @options.head
 @options.generator
