@@ -14,19 +14,27 @@ BROW = (70, 63, 105, 66, 107)
 HAIRLINE = (54, 103, 67, 109, 10)
 # Where muscles draw the corner of the mouth: to the cheekbone, back, down.
 UP = ((61, 116, 0.5), (61, 123, 0.5))
+WING = ((98, 119, 0.6), (206, 117, 0.4))  # the wing of the nose, up
 BACK = ((61, 147, 0.6), (61, 123, 0.4))
 DOWN = ((61, 150, 0.5), (61, 136, 0.5))
+
+REFERENCE = 0.2  # share of UP's length that a full grin takes, on a head made from scans
+ACTIONS = (  # what `pulls` are measured by on each head
+    {"mouthSmileLeft": 1, "mouthSmileRight": 1, "cheekSquintLeft": 0.9, "cheekSquintRight": 0.9},
+    {"noseSneerLeft": 1, "noseSneerRight": 1, "mouthUpperUpLeft": 0.6, "mouthUpperUpRight": 0.6},
+    {"mouthFrownLeft": 1, "mouthFrownRight": 1, "mouthStretchLeft": 0.5, "mouthStretchRight": 0.5},
+)
 
 
 @dataclass(frozen=True)
 class Line:
     """One fold of one subject."""
 
-    points: tuple  # of {landmark: weight}
+    points: tuple  # of {landmark: weight}; a negative weight leads off the face
     width: float  # mm
-    depth: float  # mm at full compression
+    depth: float  # mm at full compression; negative stands up
     onset: float  # share of the length lost at which it begins to show
-    gain: float  # further share at which it is full
+    gain: float  # further share at which it is full; of `pulls`, on a head that gives REFERENCE
     left: bool = False  # mirrored to the subject's left
     lean: float = 0.0  # 0..1: how much more of the skin piles up on the outer side
     pulls: tuple = ()  # (landmark, landmark, weight): what shortens; () asks the skin at the fold
@@ -58,7 +66,7 @@ def subject_lines(rng, age):
     for points, width, depth, gain, lean, place, *pulls in _kinds(rng, old):
         alike = rng.normal(size=3) * place
         for left in (False, True):
-            if depth < 0.9 and rng.random() < 0.06 * (1 - old):
+            if abs(depth) < 0.9 and rng.random() < 0.06 * (1 - old):
                 continue  # some small lines show on one side only
             out.append(
                 Line(
@@ -160,8 +168,9 @@ def _cheeks(rng, old):
         {216: 0.55, 212: 0.45},
         {212: 0.75, 57: 0.25},
     )
-    pulls = ((61, 117, 0.25), (61, 123, 0.3), (61, 147, 0.2), (98, 119, 0.25))
-    yield fold, rng.uniform(3.0, 4.8), rng.uniform(1.3, 2.4), 0.10, 0.75, 0.9, pulls
+    width, depth = rng.uniform(2.8, 4.4), rng.uniform(0.8, 1.7)
+    yield fold, width, depth, 0.14, 0.75, 0.9, UP
+    yield fold[:4], width, 0.8 * depth, 0.10, 0.75, 0.9, WING
     if rng.random() < 0.35 + 0.5 * old:  # a second bracket outside the first
         yield (
             ({205: 0.6, 206: 0.4}, {207: 0.6, 216: 0.4}, {207: 0.4, 212: 0.6}, {214: 0.5, 212: 0.5}),
@@ -200,7 +209,7 @@ def _lips(rng, old):
 
 
 def _chin_and_neck(rng):
-    """Mentalis under the lower lip, and the line below the jaw."""
+    """Mentalis under the lower lip, the line below the jaw, the cords of the platysma."""
     yield (
         ({204: 0.5, 106: 0.5}, {194: 0.7, 182: 0.3}, {201: 0.6, 200: 0.4}, {200: 1.0}),
         rng.uniform(2.2, 3.2), rng.uniform(0.5, 1.1), 0.14, 0.0, 0.6,
@@ -215,3 +224,8 @@ def _chin_and_neck(rng):
         ({176: 0.5, 148: 0.5}, {149: 1.0}, {150: 0.6, 136: 0.4}),
         rng.uniform(2.2, 3.2), rng.uniform(0.3, 0.8), 0.20, 0.0, 1.5,
     )  # fmt: skip
+    old = rng.random()
+    for out in range(int(rng.integers(1, 3))):  # cords: they stand up when the mouth is drawn down
+        jaw, cheek = ((149, 118), (136, 123))[out]
+        run = tuple({jaw: 1 + t, cheek: -t} for t in (0.15, 0.5, 0.9, 1.3))
+        yield run, rng.uniform(3.0, 4.5), -(0.5 + 1.5 * old), 0.16, 0.0, 2.0, DOWN

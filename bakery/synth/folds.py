@@ -13,9 +13,10 @@ import numpy as np
 from bakery.generators.wrinkles import mirror_landmarks
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.noise import value_noise
+from bakery.heads.base import weights
 from bakery.landmarks import FACE
 from bakery.synth.chart import spline
-from bakery.synth.fold_lines import subject_lines
+from bakery.synth.fold_lines import ACTIONS, REFERENCE, subject_lines
 
 SAMPLES = 40  # points of a fold's curve
 AROUND = (4.0, 3.2)  # mm from a fold within which its tension is measured: least, and a mm of width
@@ -95,18 +96,20 @@ def make_folds(head, neutral, points, rng, age):
     skin = head.faces[head.part_faces("skin")]
     centers = neutral[skin].mean(1)
     columns = np.ascontiguousarray(points.T)
+    actions = [head.vertices(neutral, weights(action)) for action in ACTIONS]
     felt, drawn = [], []
     for line in subject_lines(rng, age):
         curve = _curve(line, marks, mirror if line.left else None)
+        if min(min(mix.values()) for mix in line.points) < 0:
+            curve = _onto(points, curve)
         low, high = curve.min(0), curve.max(0)
         margin = 4.5 * line.width
         rows = _within(columns, low - margin, high + margin)
         drawn.append((rows, _profile(line, curve, points[rows], int(rng.integers(2**31)))))
         if line.pulls:
-            feel = _pulled(line, head, neutral, mirror)
+            felt.append(_pulled(line, head, neutral, mirror, actions))
         else:
-            feel = _feel(line, curve, neutral, skin, centers)
-        felt.append(feel + (line.onset, line.gain))
+            felt.append(_feel(line, curve, neutral, skin, centers) + (line.onset, line.gain))
     counts = np.array([len(one[0]) for one in felt])
     return Folds(
         corners=np.concatenate([one[0] for one in felt]).astype(np.int32),
@@ -139,6 +142,13 @@ def _curve(line, marks, mirror):
         for mix in line.points
     ]
     return spline(np.array(knots) + line.shift * [-1 if line.left else 1, 1, 1], SAMPLES)
+
+
+def _onto(points, curve):
+    """A curve [SAMPLES, 3] moved onto the skin [N, 3]."""
+    coarse = points[::17].astype(float)
+    nearest = np.array([((coarse - at) ** 2).sum(1).argmin() for at in curve[::6]])
+    return spline(coarse[nearest], SAMPLES)
 
 
 def _profile(line, curve, points, seed):
@@ -197,14 +207,24 @@ def _beside(curve, points, left):
     return np.linalg.norm(gap, axis=1), side, (index + along) / (len(curve) - 1)
 
 
-def _pulled(line, head, neutral, mirror):
-    """What `_feel` returns, for a fold that answers to what shortens between landmarks."""
+def _pulled(line, head, neutral, mirror, actions):
+    """What `_feel` returns, and onset and gain, of a fold that answers to what shortens.
+
+    Heads differ in how much their shapes shorten (0.22 of UP's length in a full grin on one, 0.06 on
+    another): a full action makes a full fold on each.
+    """
     nearest = head.landmark_vertices[np.arange(FACE), head.landmark_barycentric[:FACE].argmax(1)]
     ends = np.array([[a, b] for a, b, _ in line.pulls])
     ends = nearest[mirror[ends] if line.left else ends]
     length = np.linalg.norm(neutral[ends[:, 1]] - neutral[ends[:, 0]], axis=1)
+    shares = np.array([share for _, _, share in line.pulls])
+    most = max(
+        shares @ (1 - np.linalg.norm(shape[ends[:, 1]] - shape[ends[:, 0]], axis=1) / length)
+        for shape in actions
+    )
+    scale = np.clip(most / REFERENCE, 0.35, 1.2)
     across = np.tile([1.0, 0.0], (len(ends), 1))
-    return ends[:, [0, 1, 1]], across, length, np.array([share for _, _, share in line.pulls])
+    return ends[:, [0, 1, 1]], across, length, shares, line.onset * scale, line.gain * scale
 
 
 def _feel(line, curve, neutral, skin, centers):

@@ -49,6 +49,7 @@ class PairOptions:
     size: int = 256  # S, pixels on a side
     targets: int = 16  # pictures of one subject
     spread: float = 0.8  # standard deviations of the identities
+    painted: float = 0.15  # share of subjects whose skin is painted though there are skins
     # Size of the fit's mistakes, 1 as the fit has them: 0.25 standard deviations of identity, with the
     # landmarks mended but for 0.5 mm in the picture and half of the mistake in depth; 5% of each
     # expression weight; 0 gives the conditions the truth.
@@ -74,7 +75,7 @@ def draw_figure(rng, stage, paths, options):
     camera = _photo_camera(rng, own, neutral, options.size * PHOTO_SIZE)
     light = draw_light(rng)
     environment = quick.turned(light, rotation.matrix(camera.rotation).T)
-    if len(paths):
+    if len(paths) and rng.random() >= options.painted:
         albedo = marked(rng, stage, skins.mixed(rng, paths, stage.rest))
         traits = alike(rng, stage, traits, albedo)
         rough, resting = bare_surface(rng, stage, neutral, traits.age)

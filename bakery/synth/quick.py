@@ -36,6 +36,7 @@ DRAWN = ("skin", *INTERIOR)
 WRAP = np.array([0.42, 0.16, 0.08])  # how far light creeps round, per channel
 # Blood that leaves skin under tension and gathers under compression, share of it per share of area.
 FLUSH = 0.5
+DEEPEST = 0.95  # mm that relief tends to
 GROOVE = np.array([0.30, 0.38, 0.40])  # log-reflectance a mm of relief, per channel
 DEEP = 16.0  # mm behind the lips at which half of the light is left
 
@@ -185,7 +186,8 @@ def _skin(
     texel = kernels.gather(face, weight, head.uv_faces, head.uv) * atlas.size
 
     height = np.zeros(len(atlas.index), np.float32)
-    height[stage.skin_rows] = figure.height + figure.folds.relief(figure.folds.depths(posed))
+    total = figure.height + figure.folds.relief(figure.folds.depths(posed))
+    height[stage.skin_rows] = DEEPEST * np.tanh(total / DEEPEST)  # folds that meet share their skin
     relief = atlas.fill_gutter(atlas.paint(height))
     slope_v, slope_u = np.gradient(relief)
     sampled = bilinear(np.stack([slope_u, slope_v, relief, figure.rough], -1), texel)

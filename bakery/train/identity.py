@@ -6,6 +6,7 @@ outside the face. A large-margin cosine loss draws each person's pictures togeth
 
 import json
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -30,8 +31,8 @@ CHECKPOINT = "checkpoint.safetensors"
 class IdentityOptions:
     """How to train."""
 
-    steps: int = 4000
-    batch: int = 48
+    steps: int = 1500
+    batch: int = 40
     rate: float = 2e-3  # of Adam, one cycle: up in a tenth of the steps, down to nothing
     decay: float = 1e-3  # weight decay
     scale: float = 20.0  # of the cosines (Wang et al., "CosFace", CVPR 2018, eq. 4: s and m)
@@ -160,13 +161,18 @@ def train(run, people, options=None):
     modules, start = {"network": network, "loss": loss}, 0
     if (run / CHECKPOINT).exists():
         start = runs.load_checkpoint(run / CHECKPOINT, modules, {"adam": optimizer})
-    total = []
+    total, half = [], None
     for step in range(start, options.steps):
         for group in optimizer.param_groups:
             group["lr"] = options.rate * _cycle((step + 1) / options.steps)
         pictures, classes = people.batch(np.random.default_rng([options.seed, step]), options)
         network.train()
-        value = loss(network(pictures.contiguous(memory_format=torch.channels_last)), classes)
+        pictures = pictures.contiguous(memory_format=torch.channels_last)
+        if half is None:
+            half = runs.bfloat16_pays(partial(_work, network, pictures))
+        with torch.autocast("cpu", torch.bfloat16, enabled=half):
+            features = network(pictures)
+        value = loss(features.float(), classes)
         if not torch.isfinite(value):
             raise InputError(f"{run}: the loss of step {step} is no number; lower the rate")
         optimizer.zero_grad()
@@ -180,6 +186,11 @@ def train(run, people, options=None):
             with open(run / "curve.jsonl", "a", encoding="utf-8") as file:
                 file.write(json.dumps(figures) + "\n")
             yield figures
+
+
+def _work(network, pictures):
+    """A step's worth of computing, to time."""
+    network(pictures).float().sum().backward()
 
 
 def _cycle(share):
