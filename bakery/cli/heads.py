@@ -227,7 +227,7 @@ def learn(wheel, portraits, points, output):
 @click.argument("names", nargs=-1, required=True)
 @portraits
 @points
-@click.option("--mixes", default=40, show_default=True, help="Random expressions to try.")
+@click.option("--mixes", default=1000, show_default=True, help="Random expressions to try.")
 @click.option("--seed", default=1, show_default=True)
 @options.as_json
 def measure(names, portraits, points, mixes, seed, as_json):
@@ -240,10 +240,11 @@ def measure(names, portraits, points, mixes, seed, as_json):
 
     from bakery.heads.measure import measure as measured
     from bakery.heads.portraits import read_points
+    from bakery.stages.lids import close_lids
 
     chosen, sizes, photos = read_points(points, portraits)
     table = {
-        name: measured(name, chosen, sizes, photos, np.random.default_rng(seed), mixes)
+        name: measured(name, chosen, sizes, photos, np.random.default_rng(seed), mixes, close_lids)
         for name in names
     }
     if as_json:
