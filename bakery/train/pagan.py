@@ -28,7 +28,10 @@ from bakery.train.pagan_data import NOMINAL, Cropping, Pairs, Samples, tensors
 
 log = logging.getLogger(__name__)
 # What may change when a run goes on; so a run can begin without a discriminator and get one later.
-FREE = ("steps", "shares", "adversarial_from", "sheet_every", "workers", "threads", "memory")
+FREE = (
+    "steps", "shares", "adversarial_from", "log_every", "save_every", "sheet_every", "workers",
+    "threads", "memory",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
