@@ -61,6 +61,20 @@ def show(name, as_json):
 
 @heads.command(cls=options.Command)
 @click.argument("name")
+def describe(name):
+    """Print what each shape of head model NAME does against its description, as Markdown.
+
+    \b
+    bakery heads describe makehuman > docs/heads/shapes.md
+    """
+    from bakery.heads.described import table
+    from bakery.heads.file import load_head
+
+    click.echo(table(load_head(name)), nl=False)
+
+
+@heads.command(cls=options.Command)
+@click.argument("name")
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")
 @click.option("--seed", default=3, show_default=True)
 def sheet(name, output, seed):

@@ -1,0 +1,44 @@
+"""Every shape does what Apple's description of it says, on its own side."""
+
+import numpy as np
+import pytest
+
+from bakery.heads.base import weights
+from bakery.heads.described import DESCRIBED, moved, table
+from bakery.heads.embed import mirror_points
+from bakery.types import EXPRESSIONS
+
+# The source lifts the upper lip in mouthShrugUpper and takes it 0.5 mm back instead of outward.
+KNOWN_MISSES = {"mouthShrugUpper"}
+
+
+def test_every_shape_is_described():
+    assert set(DESCRIBED) == set(EXPRESSIONS)
+    assert all(rules for _, rules in DESCRIBED.values())
+
+
+@pytest.mark.parametrize("name", EXPRESSIONS)
+def test_the_shape_moves_as_described(head, name):
+    met = all(moved(head, name, rule) >= rule.least for rule in DESCRIBED[name][1])
+    assert met == (name not in KNOWN_MISSES)
+
+
+@pytest.mark.parametrize("name", [name for name in EXPRESSIONS if name.endswith("Left")])
+def test_the_left_shape_moves_the_left_side(head, name):
+    if name in ("jawLeft", "mouthLeft"):
+        pytest.skip("moves both sides")
+    rest = head.landmarks(head.mean)
+    shape = head.landmarks(head.vertices(head.mean, weights({name: 1.0}))) - rest
+    other = mirror_points(rest[None, :, :2] * [1, -1])
+    length = np.linalg.norm(shape, axis=1)
+    left = rest[:468, 0] > 8  # mm; nearer the middle both sides take part
+    if name.startswith("eyeLook"):
+        assert length[473] > 5 and length[468] < 1e-3
+    # The lower lip is one muscle for both sides: 2.7 times; all others 6 times and more.
+    assert length[:468][left].sum() > 2.5 * length[other[left]].sum()
+
+
+def test_table_has_a_line_for_each_shape(head):
+    lines = table(head).splitlines()
+    assert len(lines) == len(EXPRESSIONS) + 2
+    assert all(line.count("|") == 4 for line in lines)
