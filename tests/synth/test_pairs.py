@@ -5,6 +5,7 @@ import pytest
 
 from bakery.errors import InputError
 from bakery.synth.pairs import PLANES, PaintedPair, Shard, iterate, write_shard
+from bakery.synth.sheet import contact_sheet
 
 S = 32
 
@@ -68,3 +69,15 @@ def test_other_version_is_an_error(tmp_path):
     write_shard(path, [made_up(0, 0)], {"version": "0"})
     with pytest.raises(InputError, match="version 0"):
         Shard(path)
+
+
+def test_contact_sheet_takes_subjects_in_turn(tmp_path):
+    pairs = [made_up(subject, k) for subject in range(3) for k in range(4)]
+    write_shard(tmp_path / "pairs-00000.safetensors", pairs)
+    sheet = contact_sheet(tmp_path, 6)
+    assert sheet.shape == (S, 8 * S, 3)
+    assert (sheet[:, 6 * S :] == 0).all() and sheet[:, : 6 * S].any()
+    whole = contact_sheet(tmp_path, 2, whole=True)
+    assert whole.shape == (S, 2 * 3 * S, 3)
+    # The photo tells the subjects apart: two pictures show two of them.
+    assert abs(int(whole[0, 0, 0]) - int(whole[0, 3 * S, 0])) > 40
