@@ -12,7 +12,7 @@ from bakery import __version__
 from bakery.detectors.file import FileDetector
 from bakery.errors import BundleError, FitError, InputError, ModelError
 from bakery.formats import bundle as files
-from bakery.formats import image, record, targets
+from bakery.formats import hostile, image, record, targets
 from bakery.formats.files import write_bytes
 from bakery.formats.glb import write_glb
 from bakery.formats.place import staged
@@ -313,6 +313,7 @@ def open_avatar(path):
         BundleError: damaged.
     """
     manifest = files.read_manifest(path)
+    hostile.refuse(path, manifest)
     files.read_file(path, manifest, RIG)  # is it what was written?
     try:
         head = load_head(Path(path) / RIG)

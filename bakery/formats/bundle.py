@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from bakery.errors import BundleError
-from bakery.formats import exr, record
+from bakery.formats import exr, hostile, record
 from bakery.formats.files import digest, digest_file, read_bytes, write_bytes
 from bakery.formats.place import MANIFEST
 from bakery.types import EXPRESSIONS, Textures
@@ -165,7 +165,7 @@ def read_manifest(folder):
     """The manifest, checked against its schema.
 
     Raises:
-        BundleError: not a bundle, or its manifest breaks the schema.
+        BundleError: not a bundle, its manifest breaks the schema or says what no manifest may.
     """
     import jsonschema
 
@@ -180,6 +180,8 @@ def read_manifest(folder):
         raise BundleError(
             f"{folder / MANIFEST}: {schema_problem(errors[0])}; make the bundle again"
         )
+    for finding in hostile.table_problems(manifest):
+        raise BundleError(f"{folder / MANIFEST}: {finding}; do not use this bundle")
     return manifest
 
 

@@ -4,12 +4,10 @@ import json
 import os
 import stat
 import struct
-import zipfile
 from pathlib import Path
 
 from bakery.errors import BakeryError
-from bakery.formats import bundle, exr, record, web
-from bakery.formats.files import digest_file
+from bakery.formats import bundle, exr, hostile, record, web
 from bakery.formats.image_header import read_header
 from bakery.formats.place import MANIFEST
 from bakery.types import EXPRESSIONS
@@ -25,8 +23,6 @@ NEEDED = (
     "mouth.exr",
     "preview.png",
 )
-LARGEST_FILE = 4 * 2**30  # bytes
-LARGEST_ARRAYS = 512 * 2**20  # bytes, unpacked
 
 
 def problems(folder):
@@ -50,7 +46,9 @@ def problems(folder):
         manifest = record.parse(MANIFEST, bundle.read_bytes(path, record.LARGEST_JSON))
     except (OSError, BakeryError) as error:
         return [f"{MANIFEST}: {getattr(error, 'strerror', None) or error}"]
-    found = _schema_problems(manifest)
+    found = _schema_problems(manifest) + [
+        f"{MANIFEST}: {finding}" for finding in hostile.table_problems(manifest)
+    ]
     if found:
         return found[:MOST]
     found, good = _file_problems(folder, manifest)
@@ -76,7 +74,7 @@ def _file_problems(folder, manifest):
             found.append(f"{name}: listed twice")
             continue
         listed.add(name)
-        trouble = _file_problem(folder, entry)
+        trouble = hostile.file_problem(folder, entry) or hostile.header_problem(folder, name)
         if trouble:
             found.append(f"{name}: {trouble}")
         else:
@@ -91,27 +89,6 @@ def _file_problems(folder, manifest):
             elif name in files and relative not in listed and relative != MANIFEST:
                 found.append(f"{relative!r}: not in the list of files")
     return found, good
-
-
-def _file_problem(folder, entry):
-    name = entry["path"]
-    if ".." in name.split("/") or name.startswith("/") or "\\" in name or name == MANIFEST:
-        return "a path that leads out of the bundle"
-    path = folder
-    for step in name.split("/"):
-        path = path / step
-        if path.is_symlink():
-            return "a link; bundles hold plain files only"
-    if not path.is_file():
-        return "missing"
-    size = path.stat().st_size
-    if size != entry["bytes"]:
-        return f"{size} bytes, the manifest says {entry['bytes']}"
-    if size > LARGEST_FILE:
-        return f"{size} bytes, more than any file of a bundle"
-    if digest_file(path) != entry["sha256"]:
-        return "its SHA-256 is not the manifest's"
-    return None
 
 
 def _meaning_problems(manifest):
@@ -147,8 +124,6 @@ def _content_problems(path, name, manifest):
             return _glb_problems(path, name, manifest)
         if name == web.DESCRIPTION:
             return _web_problems(path, name, manifest)
-        if name.endswith(".npz"):
-            return _npz_problems(path, name)
         if name.endswith((".png", ".webp", ".jpg")):
             header = read_header(name, bundle.read_bytes(path), smallest=1)
             if header.focal_35mm or header.orientation != 1:
@@ -206,17 +181,6 @@ def _web_problems(path, name, manifest):
         if f"{web.FOLDER}/{atlas['file']}" not in listed:
             found.append(f"{name}: names {atlas['file']}, which is not in the list of files")
     return found
-
-
-def _npz_problems(path, name):
-    try:
-        with zipfile.ZipFile(path) as archive:
-            size = sum(member.file_size for member in archive.infolist())
-    except (zipfile.BadZipFile, OSError, ValueError):
-        return [f"{name}: damaged"]
-    if size > LARGEST_ARRAYS:
-        return [f"{name}: unpacks to {size / 2**20:.0f} MiB, more than any head"]
-    return []
 
 
 def _glb_problems(path, name, manifest):
