@@ -6,7 +6,7 @@ import numpy as np
 from bakery.formats.glb import Surface
 from bakery.geometry.mesh import vertex_normals
 from bakery.heads.base import CARRIERS
-from bakery.types import EXPRESSIONS
+from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 SHARES = (1.0, 0.5, 0.2, 0.05)  # of the triangles
 MATERIALS = {  # lashes and tear shells are left out: they need an alpha that the atlas lacks
@@ -15,6 +15,12 @@ MATERIALS = {  # lashes and tear shells are left out: they need an alpha that th
     "teeth": ("teeth_upper", "teeth_lower", "gums_upper", "gums_lower"),
     "tongue": ("tongue",),
 }
+FEWEST = {"eyes": 480}  # triangles; with fewer an eyeball has corners that the lids do not cover
+LOOSE = ("teeth",)  # whose borders are hidden: crowns end in the gums, gums behind the lips
+# Where coarse heads need their triangles: a shape whose moves show the place, and mm around it.
+FINE = {"eyeBlinkLeft": 18.0, "eyeBlinkRight": 18.0, "mouthFunnel": 28.0}
+MAGNIFIED = 2.2  # times, in the middle of these places; above 3.2 the map folds
+COARSE = 0.1  # share below which places are magnified; above it chins get bumpy and nothing is won
 ROUNDS = 6  # of simplification at most, each more aggressive than the last
 
 
@@ -66,8 +72,8 @@ def cut_surface(head, neutral, shapes, name, parts):
 def simplify(surface, share):
     """A surface with about `share` of its triangles.
 
-    Borders, the cuts of the atlas among them, stay as they are, so that no gap opens. Shapes, uv
-    and normals are read from the original surface, at the nearest point among the faces that a new
+    Borders, the cuts of the atlas among them, stay as they are, so that no gap opens; those of
+    LOOSE parts may go. Eyes and mouth keep more than their share. Shapes, uv and normals are read from the original surface, at the nearest point among the faces that a new
     vertex stands for: never across a cut.
 
     Args:
@@ -77,10 +83,11 @@ def simplify(surface, share):
     Returns:
         Surface; less coarse than asked where the border alone takes more.
     """
-    wanted = int(len(surface.faces) * share)
-    if share >= 1 or wanted < 4:
+    wanted = max(int(len(surface.faces) * share), FEWEST.get(surface.name, 0))
+    if wanted >= len(surface.faces) or wanted < 4:
         return surface
-    vertices = surface.vertices.astype(np.float64)
+    places = surface.vertices.astype(np.float64)
+    vertices = _magnified(surface) if share < COARSE else places
     faces = surface.faces.astype(np.int32)
     for step in range(ROUNDS):
         _, triangles, collapses = fast_simplification.simplify(
@@ -89,7 +96,7 @@ def simplify(surface, share):
             target_count=wanted,
             agg=5 + 2 * step,
             return_collapses=True,
-            preserve_border=True,
+            preserve_border=surface.name not in LOOSE,
         )
         if len(triangles) <= 1.05 * wanted:
             break
@@ -105,12 +112,26 @@ def simplify(surface, share):
     # Positions are carried as well: on the surface, and exactly where uv and shapes were read.
     return Surface(
         name=surface.name,
-        vertices=carried(vertices).astype(np.float32),
+        vertices=carried(places).astype(np.float32),
         normals=carried(surface.normals.astype(np.float64)),
         uv=np.clip(carried(surface.uv.astype(np.float64)), 0, 1).astype(np.float32),
         faces=triangles.astype(np.int64),
         shapes=carried(surface.shapes.astype(np.float64)).astype(np.float32),
     )
+
+
+def _magnified(surface):
+    """The vertices [V, 3] with eyes and mouth enlarged, so that errors there count more."""
+    out = surface.vertices.astype(np.float64)
+    for name, reach in FINE.items():
+        moved = np.linalg.norm(surface.shapes[EXPRESSION_INDEX[name]], axis=1).astype(np.float64)
+        if surface.name != "skin" or not moved.any():
+            continue
+        center = moved @ surface.vertices / moved.sum()
+        offset = surface.vertices - center
+        near = np.exp(-((np.linalg.norm(offset, axis=1) / reach) ** 2))
+        out += (MAGNIFIED - 1) * near[:, None] * offset
+    return out
 
 
 def _nearest(points, stands_for, vertices, faces):

@@ -9,7 +9,8 @@ import pytest
 
 from bakery.formats.glb import Surface, write_glb
 from bakery.formats.image import encode_image
-from bakery.stages.lod import closest_barycentric, simplify
+from bakery.geometry.raster import rasterize
+from bakery.stages.lod import SHARES, closest_barycentric, head_surfaces, simplify
 from bakery.types import EXPRESSIONS
 
 VALIDATOR = Path(__file__).resolve().parents[2] / "node_modules" / "gltf-validator"
@@ -86,3 +87,28 @@ def test_glb_is_valid_and_named(tmp_path):
     )
     assert path.read_bytes() == first
     assert issues_of(path)["numErrors"] == 0
+
+
+def eyeball_pixels(surfaces, weights):
+    """Pixels of the eyes seen from the front, 5 a mm."""
+    vertices = [s.vertices + np.tensordot(weights, s.shapes, 1) for s in surfaces]
+    starts = np.cumsum([0] + [len(v) for v in vertices])
+    faces = np.concatenate([s.faces + start for s, start in zip(surfaces, starts)])
+    owner = np.concatenate([np.full(len(s.faces), s.name == "eyes") for s in surfaces])
+    points = np.concatenate(vertices)
+    pixels = np.stack([300 + 5 * points[:, 0], 150 - 5 * points[:, 1]], 1)
+    face = rasterize(pixels, 600 - points[:, 2], faces, (300, 600)).face
+    return int(owner[face[face >= 0]].sum())
+
+
+def test_the_coarsest_head_opens_and_shuts_its_eyes(head):
+    surfaces, _ = head_surfaces(head, head.mean)
+    surfaces = [surface for surface in surfaces if surface.name in ("skin", "eyes")]
+    rest, shut = np.zeros(len(EXPRESSIONS)), np.zeros(len(EXPRESSIONS))
+    shut[[EXPRESSIONS.index("eyeBlinkLeft"), EXPRESSIONS.index("eyeBlinkRight")]] = 1
+    fine = eyeball_pixels(surfaces, rest)
+    coarse = [simplify(surface, SHARES[-1]) for surface in surfaces]
+    assert sum(len(surface.faces) for surface in coarse) < 2000
+    # Straight edges in place of curved lids: a fifth more or less of the eye.
+    assert eyeball_pixels(coarse, rest) == pytest.approx(fine, rel=0.2)
+    assert eyeball_pixels(coarse, shut) < 0.01 * fine
