@@ -8,7 +8,7 @@ import { BACKDROP, COMPOSE, FULL, HEAD_FRAGMENT, HEAD_VERTEX, MEDIAN, WEIGHTS } 
 import { Textures, makeTargets } from './textures.js';
 
 const LAYERS = ['color', 'mask', 'coverage', 'uv'];
-const FADE = 46; // mm over which the bust ends
+const FADE = 74; // mm over which the bust ends
 
 /** The programs; made early, so that they compile while pictures are decoded. */
 export function makePrograms(gl) {
