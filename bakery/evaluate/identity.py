@@ -6,6 +6,8 @@ from bakery.errors import InputError
 from bakery.evaluate.fitting import landmarks_of
 from bakery.generators.identity import features_of, verify
 from bakery.sitter import Sitter
+from bakery.stages.texture import TextureOptions
+from bakery.steps import BuildOptions
 
 
 def faces(pairs, head, size=256):
@@ -18,8 +20,10 @@ def faces(pairs, head, size=256):
     Yields:
         (name, neutral [S, S, 3] uint8, smiling [S, S, 3] uint8).
     """
+    # Only the photos are looked at, not the texture: the smallest does.
+    options = BuildOptions(texture=TextureOptions(resolution=512))
     for pair in pairs:
-        sitter = Sitter(pair.neutral, landmarks_of(pair.neutral_points), head, size=size)
+        sitter = Sitter(pair.neutral, landmarks_of(pair.neutral_points), head, options, size)
         sitting = sitter.sit(pair.smiling, landmarks_of(pair.smiling_points))
         yield (
             pair.name,
