@@ -175,3 +175,12 @@ def soften(weight, inside, blur=1 / 400):
     blurred = cv2.GaussianBlur(smallest * inside, (0, 0), weight.shape[0] * blur)
     mass = cv2.GaussianBlur(inside, (0, 0), weight.shape[0] * blur)
     return np.clip(np.minimum(blurred / np.maximum(mass, 1e-3), smallest * 1.5), 0, 1) * inside
+
+
+def uv_polygon(head, ring, scale, size):
+    """1 inside a ring of landmarks in the atlas [T, T] float32, scaled about its middle."""
+    places = head.landmark_uv()[ring] * size
+    places = places.mean(0) + scale * (places - places.mean(0))
+    mask = np.zeros((size, size), np.float32)
+    cv2.fillPoly(mask, [np.round(places).astype(np.int32)], 1)
+    return mask

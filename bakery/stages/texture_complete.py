@@ -12,7 +12,7 @@ from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.noise import value_noise
 from bakery.geometry.sample import bilinear
 from bakery.landmarks import EYES, LIPS_INNER, OVAL
-from bakery.stages.atlas import soften
+from bakery.stages.atlas import soften, uv_polygon
 
 OBSERVED, MIRRORED, INFERRED, PAINTED = 1, 2, 3, 4  # codes of coverage.exr; 0 is outside all charts
 FAR_TONE = 0.003  # how strongly unseen skin leans to the median of the face, against its borders
@@ -156,15 +156,6 @@ def complete_skin(linear, skin_mask, points, fit, head, vertices, atlas, sight):
         [on_skin == 0, seen >= 0.5, known >= 0.5], [0, OBSERVED, MIRRORED], INFERRED
     ).astype(np.uint8)
     return SkinTexture(lit, source, (seen * on_skin).astype(np.float32), tone)
-
-
-def uv_polygon(head, ring, scale, size):
-    """1 inside a ring of landmarks in the atlas [T, T] float32, scaled about its middle."""
-    places = head.landmark_uv()[ring] * size
-    places = places.mean(0) + scale * (places - places.mean(0))
-    mask = np.zeros((size, size), np.float32)
-    cv2.fillPoly(mask, [np.round(places).astype(np.int32)], 1)
-    return mask
 
 
 def log_ratio(a, b):

@@ -10,17 +10,18 @@ from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.noise import value_noise
 from bakery.geometry.sample import bilinear
 from bakery.heads.scalp import scalp
-from bakery.landmarks import face_size
-from bakery.stages.atlas import soften
+from bakery.landmarks import OVAL, face_size
+from bakery.stages.atlas import soften, uv_polygon
 from bakery.stages.segment import BACKGROUND, CLOTHES, HAIR, SKIN
 
 HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
-HALO = (0.007, 0.025)  # of the eye distance, from the background: its light is on what is nearer
+SHOWN_STRIP = (0.18, 0.13)  # the layer shows none, all: wider, so that nothing gapes between both
+HALO = (0.015, 0.04)  # of the eye distance, from the background: its light is on what is nearer
 LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
 ON_SCALP = (89.0, 82.0)  # degrees: the photo says nothing beyond the first, all below the second
 ON_SKIN = (89.0, 82.0)  # the same off the scalp, where hair hangs before the skin, not on it
-BESIDE = 90  # share of the atlas that hair goes on beyond what was seen of it, off the scalp
-BARE = (87.5, 75.0)  # the same for the strip of skin beside hair, which darkens towards its edge
+BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
+BARE = (89.0, 80.0)  # the same for the strip of skin beside hair, which darkens towards its edge
 CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
 
 
@@ -45,13 +46,14 @@ def cover_of(segmentation, points):
     """
     hair = segmentation.labels == HAIR
     away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
-    near = smoothstep(*HAIR_STRIP, away) if hair.any() else np.ones(hair.shape)
+    taken = smoothstep(*HAIR_STRIP, away) if hair.any() else np.ones(hair.shape)
+    shown = smoothstep(*SHOWN_STRIP, away) if hair.any() else np.zeros(hair.shape)
     behind = np.isin(segmentation.labels, (BACKGROUND, CLOTHES))
     off = cv2.distanceTransform((~behind).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
     clear = smoothstep(*HALO, off) if behind.any() else np.ones(hair.shape)
-    strip = (1 - near) * (segmentation.labels == SKIN)
+    strip = shown * (segmentation.labels == SKIN)
     return Cover(
-        *(x.astype(np.float32) for x in (segmentation.skin * near, hair * clear, strip * clear))
+        *(x.astype(np.float32) for x in (segmentation.skin * taken, hair * clear, strip * clear))
     )
 
 
@@ -87,20 +89,20 @@ def hair_layer(linear, cover, head, atlas, sight):
         return np.concatenate([color, np.ones_like(color[..., :1])], -1) * shown[..., None]
     # Unseen scalp has hair if the scalp that was seen nearest to it has: thin hair stays thin.
     grown = diffuse(here[..., None], np.minimum(on_scalp, growth + 0.02))
-    beside = np.clip(2 * cv2.GaussianBlur(lock, (0, 0), atlas.size / BESIDE), 0, 1)
-    ground = np.maximum(growth, beside)  # what hangs over the temples does not end with the view
-    unseen = (1 - seen) * ground * smoothstep(0.35, 0.65, both_sides(grown, seen))[..., 0]
+    unseen = (1 - seen) * growth * smoothstep(0.35, 0.65, both_sides(grown, seen))[..., 0]
     sure = cv2.erode((lock > 0.9).astype(np.float32), np.ones((5, 5), np.uint8)) * growth
     dark = np.log(np.maximum(color, 1e-3))  # dark hair stays dark beside its highlights
     smooth = np.exp(both_sides(diffuse(dark, sure if sure.any() else lock), seen))
     made = smooth * np.exp(atlas.paint(_locks(head, atlas, color, sure)))[..., None]
-    return np.concatenate(
-        [
-            color * shown[..., None] + made * unseen[..., None],
-            (shown + unseen)[..., None],
-        ],
-        -1,
+    # What hangs before temples and cheeks does not end with the view: it fades out beyond it.
+    fade = np.clip(2 * cv2.GaussianBlur(shown, (0, 0), atlas.size / BESIDE), 0, 1)
+    fade *= (
+        np.maximum(1 - seen - unseen, 0) * inside * (1 - uv_polygon(head, OVAL, 0.8, atlas.size))
     )
+    near = np.exp(diffuse(dark, shown))
+    layers = ((color, shown), (made, unseen), (near, fade))
+    total = sum(colors * alpha[..., None] for colors, alpha in layers)
+    return np.concatenate([total, sum(alpha for _, alpha in layers)[..., None]], -1)
 
 
 def both_sides(values, seen):

