@@ -77,8 +77,9 @@ def describe(name):
 @click.argument("name")
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")
 @click.option("--seed", default=3, show_default=True)
-def sheet(name, output, seed):
-    """Draw head model NAME in clay: its 52 shapes, and 24 random people.
+@click.option("--skin", is_flag=True, help="With painted skin, eyes and hair: minutes.")
+def sheet(name, output, seed, skin):
+    """Draw head model NAME in clay or with skin: its 52 shapes, and 24 random people.
 
     \b
     bakery heads sheet makehuman -o docs/heads
@@ -91,13 +92,18 @@ def sheet(name, output, seed):
 
     head = load_head(name)
     output.mkdir(parents=True, exist_ok=True)
-    for title, picture in (
-        ("shapes", clay.shapes(head)),
-        ("shapes-turned", clay.shapes(head, yaw=35)),
-        ("people", clay.people(head, np.random.default_rng(seed))),
+    draw, suffix = clay, ""
+    if skin:
+        from bakery.synth import sheets as draw
+
+        suffix = "-skin"
+    for title, make in (
+        ("shapes", lambda: draw.shapes(head)),
+        ("shapes-turned", lambda: draw.shapes(head, yaw=35)),
+        ("people", lambda: draw.people(head, np.random.default_rng(seed))),
     ):
-        path = output / f"{head.name}-{title}.jpg"
-        write_image(path, picture)
+        path = output / f"{head.name}-{title}{suffix}.jpg"
+        write_image(path, make(), 88)
         options.say(f"wrote {path}")
 
 

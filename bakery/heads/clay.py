@@ -7,9 +7,9 @@ from bakery.geometry import rotation
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import interpolate
-from bakery.heads.base import CARRIERS, PARTS, weights
+from bakery.heads.base import CARRIERS, PARTS
 from bakery.heads.eyes import iris_vertices
-from bakery.types import EXPRESSIONS
+from bakery.heads.penetrate import singles
 
 COLORS = {
     "skin": (0.85, 0.66, 0.55),
@@ -78,14 +78,19 @@ def tile(pictures, columns):
 
 
 def shapes(head, yaw=0.0, columns=8):
-    """All 52 shapes at weight 1, with their names."""
+    """All 52 shapes at weight 1 (`penetrate.singles`), with their names."""
     pictures = []
-    for name in EXPRESSIONS:
-        picture = clay(head, head.vertices(head.mean, weights({name: 1.0})), yaw, size=220)
-        label = np.zeros(picture.shape, np.uint8)  # OpenCV writes text on bytes only
-        cv2.putText(label, name, (4, 13), 0, 0.38, (255, 255, 255), 1, cv2.LINE_AA)
-        pictures.append(np.maximum(picture, label.astype(np.float32) / 255))
+    for name, expression in singles().items():
+        picture = clay(head, head.vertices(head.mean, expression), yaw, size=220)
+        pictures.append(labelled(picture, name))
     return tile(pictures, columns)
+
+
+def labelled(picture, text):
+    """The picture [H, W, 3] with white text in its top left corner."""
+    label = np.zeros(picture.shape, np.uint8)  # OpenCV writes text on bytes only
+    cv2.putText(label, text, (4, 13), 0, 0.38, (255, 255, 255), 1, cv2.LINE_AA)
+    return np.maximum(picture, label.astype(np.float32) / 255)
 
 
 def people(head, rng, count=24, columns=6):
