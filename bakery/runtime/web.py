@@ -16,7 +16,7 @@ class WebOptions:
     """How large web/ gets."""
 
     side: int = 1024  # texels on a side of the face's textures, at most
-    quality: int = 90  # of WebP, 1 to 100
+    quality: int = 95  # of WebP, 1 to 100
     photo: int = 1600  # pixels on the longer side of the portrait, if it is kept
     triangles: float = 1.0  # share of the skin's triangles
 
