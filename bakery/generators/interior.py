@@ -17,6 +17,7 @@ from bakery.geometry.fill import smoothstep
 
 FRAME_SCALE = 2.42 / 512  # pixels a mm over the side of a frame: 165 mm take 78% of it
 FROM_ABOVE = np.array([0.0, 0.45, 0.89], np.float32)  # where studio light comes from, mostly
+RELIEF = 2.5  # mm: coarser shading of teeth is the network's own to say
 AMBIENT = 0.45  # share of the light that comes from everywhere
 
 
@@ -38,6 +39,29 @@ def interior_shade(part, normals, depth, per_mm):
         light = _between_lips(mouth, behind, per_mm) * (AMBIENT + (1 - AMBIENT) * facing)
         out = np.where(mouth, light, out)
     return out.astype(np.float32)
+
+
+def teeth_relief(part, shade, per_mm):
+    """Factor [H, W] on colour that is painted over teeth: their edges and gaps, without their tone.
+
+    A network that minimises a pixel's error leaves the gaps between teeth out, for it cannot know
+    where a person's teeth stand; painted over with one colour they are a white bar.
+
+    Args:
+        part: [H, W] uint8 into PARTS.
+        shade: [H, W] of `interior_shade`.
+        per_mm: pixels a mm at the face.
+    """
+    teeth = is_part(part, "teeth_upper", "teeth_lower")
+    if not teeth.any():
+        return np.ones(part.shape, np.float32)
+    weight = teeth.astype(np.float32)
+    light = np.log(np.maximum(shade, 0.02)) * weight
+    radius = max(RELIEF * per_mm, 0.6)
+    mean = cv2.GaussianBlur(light, (0, 0), radius) / np.maximum(
+        cv2.GaussianBlur(weight, (0, 0), radius), 1e-3
+    )
+    return np.exp(np.where(teeth, light - mean, 0)).astype(np.float32)
 
 
 def _under_lids(eyes, per_mm):

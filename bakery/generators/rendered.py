@@ -3,11 +3,10 @@
 It is the baseline that a trained generator has to beat, and the fallback.
 """
 
-import weakref
-
 import numpy as np
 
 from bakery.generators.eyes import look_up
+from bakery.generators.fold_maps import TINT, FoldMaps
 from bakery.generators.lids import with_lids
 from bakery.generators.shade import (
     EYES,
@@ -17,17 +16,14 @@ from bakery.generators.shade import (
     lip_occlusion,
     relative_irradiance,
 )
-from bakery.generators.wrinkles import wrinkle_map, wrinkle_shading
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.mesh import vertex_normals
-from bakery.geometry.raster import rasterize
-from bakery.geometry.sample import bilinear, interpolate
+from bakery.geometry.sample import interpolate
 from bakery.heads.base import PARTS
 from bakery.landmarks import LIPS_INNER
 from bakery.types import Generated
 
-WRINKLE_TEXELS = 512  # side of the map that holds the folds
 # Half-strength light change gave +0.17 dB on real smiles, full strength nothing (PITFALLS 12).
 LIGHT_CHANGE = 0.5
 
@@ -39,7 +35,7 @@ class RenderedGenerator:
     source_type = "compositeSynthetic"
 
     def __init__(self):
-        self._folds = weakref.WeakKeyDictionary()
+        self._folds = FoldMaps()
 
     def generate(self, subject, conditions, interior_only=False):
         """Paint one target of a subject (generators.base.Generator)."""
@@ -61,12 +57,8 @@ class RenderedGenerator:
         skin = is_part(conditions.part, "skin")
         change = self._light_change(subject, conditions.vertices)
         log_ratio = interpolate(conditions.fragments, change[head.faces][..., None])[..., 0]
-        folds = self._folds_of(subject, conditions.vertices)
-        uv = interpolate(conditions.fragments, head.uv[head.uv_faces])
-        log_ratio = log_ratio + bilinear(folds, uv * WRINKLE_TEXELS)
-        # Blood is pressed aside in folds, so they redden: blue and green lose more than red.
-        tint = np.array([0.86, 1.04, 1.08], np.float32)
-        return np.exp(np.where(skin, log_ratio, 0)[..., None] * tint).astype(np.float32)
+        log_ratio = log_ratio + self._folds.at(subject, conditions)
+        return np.exp(np.where(skin, log_ratio, 0)[..., None] * TINT).astype(np.float32)
 
     def _light_change(self, subject, vertices):
         """Log of the relative irradiance, deformed over neutral, [V] float32."""
@@ -78,25 +70,6 @@ class RenderedGenerator:
             relative_irradiance(after, subject.light) / relative_irradiance(before, subject.light)
         )
         return (LIGHT_CHANGE * change).astype(np.float32)
-
-    def _folds_of(self, subject, vertices):
-        """Log-ratio of the folds on the atlas, [WRINKLE_TEXELS] * 2."""
-        if subject not in self._folds:
-            head = subject.head
-            skin = head.part_faces("skin")
-            size = WRINKLE_TEXELS
-            found = rasterize(head.uv * size, None, head.uv_faces[skin], (size, size))
-            index = np.flatnonzero(found.face.ravel() >= 0)
-            corners = head.faces[skin[found.face.ravel()[index]]]
-            weights = found.barycentric.reshape(-1, 3)[index]
-            points = np.einsum("nk,nkc->nc", weights, subject.neutral[corners])
-            near = np.linalg.norm(points, axis=1) < 160  # mm: the face, not the scalp's far side
-            folds = wrinkle_map(head, subject.neutral, points[near])
-            self._folds[subject] = (index[near], folds)
-        index, folds = self._folds[subject]
-        flat = np.zeros(WRINKLE_TEXELS**2, np.float32)
-        flat[index] = wrinkle_shading(folds, vertices)
-        return flat.reshape(WRINKLE_TEXELS, WRINKLE_TEXELS)
 
     def _interior(self, subject, conditions):
         """Eyes and mouth interior: colour [H, W, 3] and alpha [H, W] (1 on their pixels)."""

@@ -108,13 +108,14 @@ class WrinkleMap:
     count: int  # P, number of points
 
 
-def wrinkle_map(head, neutral, points, seed=0):
+def wrinkle_map(head, neutral, points, seed=0, kinds=None):
     """Lay the folds on a neutral shape.
 
     Args:
         neutral: [V, 3] mm.
         points: [P, 3] mm, surface points of the neutral shape (texels).
         seed: irregularity of the folds.
+        kinds: which kinds of lines; None: all.
 
     Returns:
         WrinkleMap.
@@ -125,6 +126,8 @@ def wrinkle_map(head, neutral, points, seed=0):
     centers = neutral[skin].mean(1)
     probes, profiles = [], []
     for line in right_lines():
+        if kinds is not None and line.name not in kinds:
+            continue
         for flip in (None, mirror):
             curve = _curve(line, landmarks, flip)
             margin = 8 * line.width
