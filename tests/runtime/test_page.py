@@ -76,9 +76,13 @@ def test_it_holds_the_bundle(bundle):
     assert page(bundle) == page(bundle), "the same bytes twice"
 
 
-def test_hostile_text_stays_text(copy):
+def test_hostile_text_is_refused_and_would_stay_text(copy, monkeypatch):
     nasty = "</script><script>alert(1)</script><!-- \u202egnp.\u2066 & \u2028"
     change(copy, "avatar.json", lambda table: table["head"].update(name=nasty))
+    with pytest.raises(BundleError, match="head/name"):
+        page(copy)
+    monkeypatch.setattr("bakery.runtime.page.problems", lambda folder: [])
+    monkeypatch.setattr("bakery.formats.hostile.table_problems", lambda manifest: [])
     text = page(copy).decode()
     assert text.count("</script>") == len(list(scripts(text)))
     assert "alert(1)" not in text.replace("\\u003e", "").split("<script>")[-1].split("</script>")[0]
