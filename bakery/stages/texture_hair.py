@@ -17,6 +17,7 @@ from bakery.stages.segment import BACKGROUND, CLOTHES, HAIR, SKIN
 HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
 SHOWN_STRIP = (0.18, 0.13)  # the layer shows none, all: wider, so that nothing gapes between both
 HALO = (0.015, 0.04)  # of the eye distance, from the background: its light is on what is nearer
+SPECK = 0.2  # of the eye distance, side of the largest hole in hair that is taken for a mistake
 LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
 ON_SCALP = (89.0, 82.0)  # degrees: the photo says nothing beyond the first, all below the second
 ON_SKIN = (89.0, 82.0)  # the same off the scalp, where hair hangs before the skin, not on it
@@ -48,13 +49,20 @@ def cover_of(segmentation, points):
     away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
     taken = smoothstep(*HAIR_STRIP, away) if hair.any() else np.ones(hair.shape)
     shown = smoothstep(*SHOWN_STRIP, away) if hair.any() else np.zeros(hair.shape)
-    behind = np.isin(segmentation.labels, (BACKGROUND, CLOTHES))
+    around = np.isin(segmentation.labels, (BACKGROUND, CLOTHES))
+    behind = _large(around, (SPECK * face_size(points)) ** 2)
     off = cv2.distanceTransform((~behind).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
     clear = smoothstep(*HALO, off) if behind.any() else np.ones(hair.shape)
-    strip = shown * (segmentation.labels == SKIN)
+    strip = shown * ((segmentation.labels == SKIN) | (around & ~behind))
     return Cover(
         *(x.astype(np.float32) for x in (segmentation.skin * taken, hair * clear, strip * clear))
     )
+
+
+def _large(mask, area):
+    """The parts of a boolean mask [H, W] that have more than `area` pixels."""
+    _, number, found, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
+    return mask & (found[:, cv2.CC_STAT_AREA] > area)[number]
 
 
 def hair_layer(linear, cover, head, atlas, sight):

@@ -108,3 +108,13 @@ def test_a_fringe_is_shown_as_it_was_photographed(head, seen):
     np.testing.assert_allclose(
         layer[straight][:, :3], bilinear(noisy, sight.pixels)[straight], atol=0.01
     )
+
+
+def test_specks_of_background_in_a_fringe_belong_to_it():
+    """A hole of 4 pixels is a mistake; it neither opens the layer nor clears hair around it."""
+    labels = np.full((60, 60), HAIR, np.uint8)
+    labels[20:22, 20:22] = BACKGROUND
+    labels[45:] = BACKGROUND
+    cover = cover_of(Segmentation(labels, np.zeros((60, 60), np.float32)), points_with_eyes())
+    assert (cover.hair + cover.strip)[10:30].min() == 1
+    assert cover.hair[44].max() < 0.1, "but hair at the edge of the background has its light"
