@@ -45,6 +45,16 @@ frame = click.option(
 )
 
 
+def which_face(command):
+    """The options --landmarks, --face and --frame: which face of which picture of a file."""
+    return landmarks(face(frame(command)))
+
+
+def chosen(command):
+    """The options --preset and --set."""
+    return preset(settings(command))
+
+
 class Command(click.Command):
     """A command with -v and -q, and a --frame that needs no number."""
 

@@ -43,9 +43,7 @@ def detect(photos, output, frame, overwrite, dry_run):
 @options.photos
 @output
 @options.head
-@options.landmarks
-@options.face
-@options.frame
+@options.which_face
 @options.overwrite
 @options.dry_run
 def fit(photos, output, head, landmarks, face, frame, overwrite, dry_run):
@@ -103,13 +101,10 @@ def _each(photos, output, overwrite, one):
 @options.photo
 @click.option("--fit", "fitted", required=True, type=click.Path(path_type=Path), help="From `fit`.")
 @output
-@options.preset
-@options.settings
+@options.chosen
 @options.head
 @options.generator
-@options.landmarks
-@options.face
-@options.frame
+@options.which_face
 @options.overwrite
 def textures(photo, fitted, output, preset, settings, head, generator, overwrite, **which):
     """Paint all textures of one fit of PHOTO into an npz file.
@@ -135,8 +130,7 @@ def textures(photo, fitted, output, preset, settings, head, generator, overwrite
 
 @click.command(cls=options.Command)
 @output
-@options.preset
-@options.settings
+@options.chosen
 @options.head
 @options.overwrite
 def masks(output, preset, settings, head, overwrite):
@@ -159,13 +153,10 @@ def masks(output, preset, settings, head, overwrite):
 @click.option("--textures", required=True, type=click.Path(path_type=Path), help="From `textures`.")
 @click.option("--masks", required=True, type=click.Path(path_type=Path), help="From `masks`.")
 @output
-@options.preset
-@options.settings
+@options.chosen
 @options.head
 @options.generator
-@options.landmarks
-@options.face
-@options.frame
+@options.which_face
 @click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
 @click.option("--keep-photo", is_flag=True, help="Keep the portrait in the bundle.")
 @options.overwrite
