@@ -12,12 +12,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
-from safetensors.torch import save_file
+from safetensors.torch import save
 from torch import nn
 from torch.nn import functional
 
 from bakery.detectors.blocks import fold
 from bakery.errors import InputError
+from bakery.formats.files import write_bytes
 from bakery.generators.identity import FEATURES, SIZE, IdentityNet, features_of, verify
 from bakery.synth.pairs import Shard, shards_of
 from bakery.train import runs
@@ -214,6 +215,6 @@ def export(run, path):
     network = IdentityNet()
     step = runs.load_checkpoint(Path(run) / CHECKPOINT, {"network": network}, {})
     tensors = {name: value.half().contiguous() for name, value in fold(network.eval()).items()}
-    save_file(tensors, path)
+    write_bytes(path, save(tensors))
     count = sum(value.numel() for value in tensors.values())
     return {"step": step, "parameters": count, "bytes": Path(path).stat().st_size}

@@ -1,17 +1,23 @@
 """Identity features: verification by known answers, a training that learns, weights that load."""
 
 from dataclasses import replace
+from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 import torch
 
+from bakery.detectors.file import FileDetector
 from bakery.errors import InputError, ModelError
+from bakery.evaluate.metrics import face_crop, hull_mask, warp_pixels
+from bakery.formats.image import read_photo
 from bakery.generators.identity import IdentityNet, features_of, load_features, verify
 from bakery.synth.pairs import PaintedPair, write_shard
 from bakery.train import identity as training
 
 S = 64
+SAMPLES = Path(__file__).resolve().parents[2] / "samples"
 
 
 def unit(angles):
@@ -88,3 +94,23 @@ def test_too_few_people_is_an_error(tmp_path):
 def test_bad_weights_are_an_error(tmp_path):
     with pytest.raises(ModelError, match="bakery train identity"):
         load_features(tmp_path / "none.safetensors")
+
+
+def test_shipped_weights_know_the_samples_again():
+    """The six painted portraits of samples/, darkened, blurred and shifted, are still themselves."""
+    network = load_features()
+    own, changed = [], []
+    for path in sorted(SAMPLES.glob("*.jpg")):
+        picture = read_photo(path).encoded
+        points = FileDetector(path.with_suffix(".json")).detect(picture)[0].points
+        affine = face_crop(points, 256)
+        inside = hull_mask(points @ affine[:, :2].T + affine[:, 2], 256, 256)
+        frame = warp_pixels(picture, affine, 256) * inside[..., None]
+        own.append(frame)
+        changed.append(np.roll(cv2.GaussianBlur(frame**1.3 * 0.9, (0, 0), 1.5), 4, 1))
+    first, second = (
+        features_of(network, (np.clip(np.stack(rows), 0, 1) * 255).astype(np.uint8))
+        for rows in (own, changed)
+    )
+    assert len(first) == 6
+    assert ((first @ second.T).argmax(1) == np.arange(6)).all()
