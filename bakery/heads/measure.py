@@ -78,9 +78,11 @@ def measure(name, points, sizes, names, rng, count=1000, close=None):
         rng: numpy Generator; count: random mixes to try; close: see `open_eye_share`.
     """
     head = load_head(name)
-    start = time.process_time()
-    load_head(name)
-    seconds = time.process_time() - start
+    seconds = np.inf
+    for _ in range(5):  # the best: other work on the machine slows single ones
+        start = time.process_time()
+        load_head(name)
+        seconds = min(seconds, time.process_time() - start)
     out = {"vertices": len(head.mean), "triangles": len(head.faces)}
     out["megabytes"] = round(find_head(name).stat().st_size / 1e6, 2)
     out["load, processor ms"] = round(1000 * seconds)

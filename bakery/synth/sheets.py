@@ -22,7 +22,7 @@ def shapes(head, yaw=0.0, columns=8):
         5, np.zeros(1, np.float32), age=30, melanin=0.4, iris="blue", hair="bald", brow_density=0.8
     )
     wardrobe = dress(head, subject, DETAIL)
-    camera = portrait_camera(SIZE, SIZE, yaw=yaw, filling=0.8)
+    camera = portrait_camera(SIZE, SIZE, yaw=yaw, filling=1.12, middle=(0.5, 0.36))
     pictures = []
     for name, expression in singles().items():
         # Both eyes are painted in one direction: the one that this shape turns its own eye to.
@@ -42,7 +42,7 @@ def people(head, rng, count=24, columns=6):
         subject = random_subject(rng, head, spread=1.0)
         subject = replace(subject, beard=0.0)  # it would hide the shape
         yaw = (0.0, 30.0, 0.0, -30.0)[number % 4]
-        scene = Scene(portrait_camera(300, 300, yaw=yaw, filling=0.66), studio_light(), seed=number)
+        scene = Scene(portrait_camera(300, 300, yaw=yaw, filling=0.72), studio_light(), seed=number)
         wardrobe = dress(head, subject, DETAIL, share=0.6)
         pictures.append(paint(wardrobe, scene, quality=QUALITY).encoded)
     return tile(pictures, columns)
