@@ -1,0 +1,48 @@
+"""`bakery synth` from the outside: pairs, skins, sheets."""
+
+from dataclasses import replace
+
+import pytest
+from click.testing import CliRunner
+
+from bakery.cli.synth import synth
+from bakery.errors import InputError
+from bakery.formats.image import read_photo
+from bakery.synth import pair_painter, pair_shards
+from bakery.synth.pairs import Shard
+
+
+def run(*arguments):
+    return CliRunner().invoke(synth, [str(a) for a in arguments], catch_exceptions=False, obj={})
+
+
+def test_pairs_and_their_sheet(tmp_path, monkeypatch):
+    monkeypatch.setattr(pair_shards.skins, "TEXELS", 256)
+    usual = pair_painter.PairOptions
+
+    def short(**options):
+        return replace(usual(**options), targets=2)
+
+    monkeypatch.setattr(pair_painter, "PairOptions", short)
+    done = run("pairs", "-n", 2, "--size", 96, "--seed", 3, "-o", tmp_path / "pairs")
+    assert done.exit_code == 0
+    path = tmp_path / "pairs" / "pairs-00000.safetensors"
+    assert done.stdout.split() == [str(path)]
+    shard = Shard(path)
+    assert len(shard) == 2 and shard.about["seed"] == 3 and shard[0].target.shape == (96, 96, 3)
+    done = run("sheet", tmp_path / "pairs", "-o", tmp_path / "sheet.png", "--whole")
+    assert done.exit_code == 0
+    assert read_photo(tmp_path / "sheet.png").encoded.shape == (96, 2 * 3 * 96, 3)
+    with pytest.raises(InputError, match="--overwrite"):
+        run("sheet", tmp_path / "pairs", "-o", tmp_path / "sheet.png")
+
+
+def test_what_is_not_there_is_said(tmp_path):
+    with pytest.raises(InputError, match="holds no shards"):
+        run("sheet", tmp_path, "-o", tmp_path / "sheet.png")
+    with pytest.raises(InputError, match="neutral.jpg"):
+        run("skins", tmp_path, "-o", tmp_path / "skins")
+    with pytest.raises(InputError, match="no skins of head makehuman"):
+        run("pairs", "-n", 1, "-o", tmp_path / "pairs", "--skins", tmp_path)
+    assert not (tmp_path / "pairs").exists()
+    assert run("pairs", "-n", 0, "-o", tmp_path).exit_code == 2
