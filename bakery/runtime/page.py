@@ -17,6 +17,7 @@ from bakery.formats import bundle, record, web
 from bakery.formats.validate import problems
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets" / "viewer"
+MODULE = ("avatar.js", "avatar.d.ts", "index.html")  # what others embed
 TITLE = 80  # characters
 SHOWN = 6  # problems of a bundle that a message lists
 
@@ -36,12 +37,7 @@ def page(folder, watch=None, derive=None):
         BundleError: anything is wrong with the bundle.
     """
     folder = Path(folder)
-    manifest = bundle.read_manifest(folder)
-    if found := problems(folder):
-        more = f" and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
-        listed = "; ".join(found[:SHOWN]) + more
-        raise BundleError(f"{folder}: not shown, for something is wrong: {listed}; bake it again")
-    files = _web_files(folder, manifest, derive)
+    manifest, files = _checked(folder, derive)
     description = record.parse(web.DESCRIPTION, files[web.DESCRIPTION])
     named = {name: dict(table) for name, table in preset.load("expressions", "named").items()}
     about = {
@@ -59,6 +55,34 @@ def page(folder, watch=None, derive=None):
         "data": "\n".join(_data(description, about, files)),
     }
     return _filled(asset("page.html"), pieces).encode()
+
+
+def _checked(folder, derive):
+    """The manifest and the files of web/ of a bundle that nothing is wrong with."""
+    manifest = bundle.read_manifest(folder)
+    if found := problems(folder):
+        more = f" and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
+        listed = "; ".join(found[:SHOWN]) + more
+        raise BundleError(f"{folder}: not shown, for something is wrong: {listed}; bake it again")
+    return manifest, _web_files(folder, manifest, derive)
+
+
+def site(folder, derive=None):
+    """Files for a page of one's own: the module, its types, the bundle, and a page to begin with.
+
+    Args:
+        folder, derive: as for `page`.
+
+    Returns:
+        name -> bytes.
+
+    Raises:
+        BundleError: anything is wrong with the bundle.
+    """
+    files = dict(_checked(Path(folder), derive)[1])
+    for name in MODULE:
+        files[name] = asset(name).encode()
+    return files
 
 
 def asset(name):

@@ -180,3 +180,14 @@ def test_server_shows_a_new_bake(copy):
         assert read(home + "/version") == newer, "a broken bundle leaves the last page"
     finally:
         server.shutdown()
+
+
+def test_module_for_a_page_of_ones_own(bakery, bundle, tmp_path):
+    done = bakery("preview", bundle, "--module", tmp_path / "site")
+    assert done.returncode == 0, done.stderr
+    written = {path.relative_to(tmp_path / "site").as_posix() for path in tmp_path.rglob("*.*")}
+    assert {"avatar.js", "avatar.d.ts", "index.html", "web/avatar.json", "web/head.glb"} <= written
+    again = bakery("preview", bundle, "--module", tmp_path / "site")
+    assert again.returncode == 1 and "give the name of a new folder" in again.stderr
+    assert bakery("preview", bundle).returncode == 2
+    assert bakery("preview", bundle, "--serve", "-o", tmp_path / "x.html").returncode == 2

@@ -85,6 +85,10 @@ def test_layers_differ(walked):
     assert len(set(pictures.values())) == len(pictures) == 6, "colour, three layers, teeth, light"
 
 
+def test_a_lost_graphics_card_comes_back(walked):
+    assert walked[0]["restored"] is True
+
+
 def test_every_control_has_a_name(walked):
     report, _ = walked
     assert report["nameless"] == []

@@ -126,6 +126,22 @@ async function layers() {
   await page.getByLabel('Studio light').check();
   seen.layers.light = (await canvas()) - dark || 'same';
   await page.getByLabel('Studio light').uncheck();
+  seen.restored = await page.evaluate(restored);
+}
+
+/** In the page: whether the picture is the same after the graphics card lost everything. */
+async function restored() {
+  const { avatar } = window;
+  const hash = () => avatar.capture({ width: 96, height: 96 }).reduce((sum, byte) => (Math.imul(sum, 31) + byte) | 0, 7);
+  const before = hash();
+  const card = avatar.canvas.getContext('webgl2').getExtension('WEBGL_lose_context');
+  card.loseContext();
+  await new Promise((done) => setTimeout(done, 200));
+  avatar.render();
+  const back = new Promise((done) => avatar.canvas.addEventListener('avatarrestored', done, { once: true }));
+  card.restoreContext();
+  await back;
+  return hash() === before;
 }
 
 async function playing() {

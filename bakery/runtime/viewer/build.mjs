@@ -23,6 +23,6 @@ const shared = {
 await build({ ...shared, entryPoints: ['src/avatar.js'], outfile: join(out, 'avatar.js'), format: 'esm' });
 await build({ ...shared, entryPoints: ['src/page/page.js'], outfile: join(out, 'page.js'), format: 'iife' });
 await build({ ...shared, entryPoints: ['src/page/page.css'], outfile: join(out, 'page.css') });
-for (const [from, to] of [['avatar.d.ts', 'avatar.d.ts'], ['src/page/page.html', 'page.html']]) {
+for (const [from, to] of [['avatar.d.ts', 'avatar.d.ts'], ['src/page/page.html', 'page.html'], ['src/index.html', 'index.html']]) {
   await copyFile(join(here, from), join(out, to));
 }
