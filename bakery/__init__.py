@@ -3,6 +3,7 @@
     photo -> detect -> segment -> fit -> condition -> generate -> texture -> mask -> bundle -> runtime
 
     errors, check, types   what may go wrong, border checks, the records between stages
+    landmarks              which of the 478 points mean what
     geometry               cameras, rotations, meshes, rasterising, sampling, light; numpy only
     formats                the part that reads and writes files
     heads, detectors, generators   the three plug-in points
