@@ -1,0 +1,140 @@
+"""Generators against baselines: what must come out when nothing, or one known thing, changes."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from bakery.evaluate import generator, generator_motion, generator_painted, generator_speed
+from bakery.evaluate.avatar_pairs import Pair
+from bakery.evaluate.fitting import landmarks_of
+from bakery.formats.livelink import Take
+from bakery.formats.record import read_faces
+from bakery.generators.pagan import PaganGenerator
+from bakery.generators.plain import PlainUNet
+from bakery.generators.unet import INPUTS, NetworkOptions, UNet
+from bakery.heads.base import PARTS
+from bakery.sitter import Sitter
+from bakery.synth.pairs import PaintedPair, write_shard
+from bakery.types import Generated
+
+
+class Painter:
+    """Brightens everything by a factor; 1 changes nothing."""
+
+    def __init__(self, gain=1.0):
+        self.gain = gain
+
+    def generate(self, subject, conditions, interior_only=False):
+        base = conditions.deformed_neutral
+        ratio = np.full_like(base, self.gain)
+        return Generated(base * ratio, ratio, np.zeros_like(base), np.zeros(base.shape[:2]))
+
+
+@pytest.fixture(scope="module")
+def twins(portrait):
+    """The painted portrait as both photos of one person."""
+    _, (face,) = read_faces(portrait[1])
+    return Pair("painted", portrait[0], portrait[0], face.points, face.points, True)
+
+
+@pytest.fixture(scope="module")
+def result(twins, head):
+    delta = np.zeros((generator.DELTA_TEXELS, generator.DELTA_TEXELS, 3), np.float32)
+    return generator.measure(twins, head, {"same": Painter(), "bright": Painter(1.3)}, delta)
+
+
+def test_no_change_scores_as_the_deformed_neutral(result):
+    assert result.scores["same"] == result.scores["static"]
+    assert result.scores["delta"].face_psnr == pytest.approx(result.scores["static"].face_psnr)
+    assert result.scores["bright"].face_psnr < result.scores["same"].face_psnr - 3
+
+
+def test_a_photo_warped_onto_itself_is_itself(result):
+    # Bilinear resampling of a grain of 0.01, by triangles of zero displacement.
+    assert result.scores["warp"].face_psnr > 40
+
+
+def test_groups(result):
+    table = generator.summary([result])
+    assert table["all"] == table["teeth"]
+    assert table["all"]["same"]["eyes_psnr"] == result.eyes["same"]
+
+
+def test_a_change_that_is_none_is_lent_as_none(twins, head):
+    delta = generator.smile_delta(twins, head)
+    # The same photo twice: what is left is the unwrapping and drawing of the texture.
+    assert np.abs(np.median(delta)) < 0.01
+
+
+def test_who_looks_alike(twins):
+    own = generator.likeness(twins)
+    assert own.shape == (generator.LOOKALIKE, generator.LOOKALIKE, 3)
+    assert_allclose(own, generator.likeness(twins))
+
+
+@pytest.fixture(scope="module")
+def still(twins, head):
+    """The sitter, and a take in which nothing moves."""
+    sitter = Sitter(twins.neutral, landmarks_of(twins.neutral_points), head)
+    return sitter, Take(np.arange(4) / 30, np.zeros((4, 52), np.float32), np.zeros((4, 3)), None)
+
+
+def test_nothing_flickers_when_nothing_moves(still):
+    sitter, take = still
+    found = [generator_motion.flicker(sitter, take, Painter(g), 0, 2) for g in (1.0, 1.2)]
+    # Resampling at its own pixels: remap's 1/32 of a pixel.
+    assert found[0]["conditions"] < 0.2 and found[1]["generated"] < 0.3
+
+
+def test_a_painter_that_flickers_is_found_out(still):
+    class Nervous(Painter):
+        def generate(self, subject, conditions, interior_only=False):
+            self.gain = 2.2 - self.gain
+            return super().generate(subject, conditions, interior_only)
+
+    sitter, take = still
+    found = generator_motion.flicker(sitter, take, Nervous(1.0), 0, 3)
+    assert found["generated"] > 5 and found["ratio"] > 10
+
+
+def network():
+    return PaganGenerator(UNet(NetworkOptions(channels=(8, 8)), folded=True), half=False)
+
+
+def test_painted_people_in_closed_form(tmp_path):
+    """Deformed and truth differ by 20 levels on half of the picture: mean squared error 200."""
+    part = np.full((64, 64), PARTS.index("skin"), np.uint8)
+    face = np.zeros((64, 64), np.uint8)
+    face[:, :32] = 255
+    gray = np.full((64, 64, 3), 100, np.uint8)
+    pair = PaintedPair(
+        photo=gray, photo_face=face, target=gray, deformed=gray + 20,
+        normals=np.zeros((64, 64, 3), np.int8), depth=np.full((64, 64), 100, np.uint8),
+        gaze=np.zeros((64, 64, 2), np.uint8), part=part, face=face,
+        landmarks=np.zeros((478, 2), np.float32), expression=np.zeros(52, np.float32),
+        gaze_angles=np.zeros(2, np.float32), yaw=0.0, pitch=0.0, subject=7, head="toy",
+    )  # fmt: skip
+    write_shard(tmp_path / "pairs-00000.safetensors", [pair, pair])
+    found = generator_painted.measure(tmp_path, network())
+    assert found["deformed"]["mse"] == pytest.approx(200, abs=5)  # JPEG
+    assert found["deformed"]["psnr"] == pytest.approx(10 * np.log10(255**2 / 200), abs=0.1)
+    assert (found["pairs"], found["subjects"]) == (2, 1)
+    assert set(found["network"]) == {"mse", "ssim", "psnr"}
+    assert generator_painted.measure(tmp_path, network(), 1)["pairs"] == 1
+
+
+def test_time_is_measured_of_every_kind(monkeypatch):
+    for name in ("KEYS", "GAZES", "MOUTHS"):
+        monkeypatch.setattr(generator_speed, name, 3)
+    for name in ("FRAME", "EYES", "MOUTH"):
+        monkeypatch.setattr(generator_speed, name, (64, 64))
+    monkeypatch.setattr(generator_speed, "seconds_of_plain_unet", lambda size, count: 100.0 * count)
+    found = generator_speed.measure(network())
+    assert found["plain_unet"] == 700  # a frame for 3 / 3 keys, 3 gazes and 3 mouths
+    assert found["all"] == pytest.approx(found["keys"] + found["gaze"] + found["mouths"], abs=2e-3)
+
+
+def test_the_plain_network_has_the_published_size():
+    """pix2pix's 512 variant with 13 input channels: 54.4 million parameters."""
+    network = PlainUNet(sum(INPUTS.values()))
+    assert round(sum(p.numel() for p in network.parameters()) / 1e6, 1) == 54.4
