@@ -24,6 +24,7 @@ WORST = 1.5  # of 255; half a step is rounding to 8 bits, the rest half floats a
 EXACT = 0.999  # share of the mouth's texels
 SHARE = 0.6  # of the picture that the face takes, as the page's front view has it
 FOLD = 0.6  # texels off the mean of the neighbours: there the surface folds
+DENSE = 8  # texels a pixel; where a shut mouth squeezes more into one, 1/80 pixel is 20 of 255
 GRAZING = 70  # degrees: surface seen at a flatter angle may hide behind itself
 
 
@@ -57,7 +58,8 @@ def states(frames, gazes, mouths, size):
 
 
 def inside(avatar, vertices, camera, known):
-    """Pixels of the face whose neighbours show the same part, no fold, and no grazing surface."""
+    """Pixels of the face whose neighbours show the same part, no fold, no grazing surface, no
+    squeezed texture."""
     head = avatar.head
     faces = head.part_faces(*render.SHOWN)
     points = cameras.to_camera(vertices, camera)
@@ -69,11 +71,12 @@ def inside(avatar, vertices, camera, known):
     texel = interpolate(found, head.uv[head.uv_faces[faces]]) * avatar.textures.neutral.shape[0]
     around = np.ones((3, 3), np.uint8)
     smooth = np.abs(texel - cv2.blur(texel, (3, 3))).max(-1) < FOLD
+    dense = (cv2.dilate(texel, around) - cv2.erode(texel, around)).max(-1) < 2 * DENSE
     depth = np.where(found.face >= 0, found.depth, 0)
     slope = (
         (cv2.dilate(depth, around) - cv2.erode(depth, around)) * camera.focal / (2 * depth + 1e-6)
     )
-    flat = smooth & (slope < np.tan(np.radians(GRAZING)))
+    flat = smooth & dense & (slope < np.tan(np.radians(GRAZING)))
     return (cv2.dilate(part, around) == cv2.erode(part, around)) & flat & (known > 0.99)
 
 
