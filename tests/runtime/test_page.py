@@ -95,7 +95,7 @@ def test_plain_names():
     assert plain("a\u202eb\nc\x00d\u200fe\tf") == "abcdef"
     assert plain("  two   words ") == "two words"
     assert len(plain("x" * 500)) == 80
-    assert plain("\u5f15 \u05d0\u05d1 caf\u00e9") == "\u5f15 \u05d0\u05d1 caf\u00e9"
+    assert plain("\u5f15 \u05d0\u05d1 na\u00efve") == "\u5f15 \u05d0\u05d1 na\u00efve"
 
 
 def traversal(table):
