@@ -1,23 +1,32 @@
 """What `bakery generate` paints: the generator's own picture of a portrait (paGAN section 4)."""
 
-from dataclasses import dataclass
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import cv2
 import numpy as np
 
-from bakery import frames, steps
+from bakery import __version__, steps
+from bakery import frames as scenes
 from bakery.errors import InputError
+from bakery.formats import video
 from bakery.generators.planes import NONE
 from bakery.generators.shade import is_part
+from bakery.geometry import camera as cameras
+from bakery.geometry import rotation
 from bakery.geometry.color import to_encoded
 from bakery.geometry.sample import bilinear, interpolate
 from bakery.heads.base import gaze_of
+from bakery.landmarks import FACE
 from bakery.runtime.blend import lay_hair
 from bakery.sitter import Sitter
+from bakery.stages.bundle import IPTC
 from bakery.stages.condition import condition, face_camera
 from bakery.stages.face_frame import face_frame
 
 BACKGROUND = 0.5  # sRGB-encoded gray where the head is not
+FILM_SHARE = 0.6  # of the height of a video that the face takes, as `bakery animate` shows it
 STEEPEST = 60.0  # degrees of yaw and pitch that are painted
 
 
@@ -39,7 +48,7 @@ def parse(weights="", fitted=None, gaze=None, yaw=None, pitch=None):
     """
     if fitted and (yaw is not None or pitch is not None):
         raise InputError("--fit brings its own view; leave out --yaw and --pitch, or --fit")
-    asked = frames.parse(weights, fitted, gaze)
+    asked = scenes.parse(weights, fitted, gaze)
     direction = asked["gaze"]
     if direction is None:
         direction = gaze_of(asked["expression"]).mean(0)
@@ -73,7 +82,7 @@ def paint(sitter, target, generator, hair=True):
         picture [H, W, 3] float32 sRGB-encoded, and the pixels of the face [H, W] 0..1.
     """
     own = sitter.neutral.fit
-    neutral = frames.neutral_for(sitter.head, sitter.subject.neutral, own.head, target.fit)
+    neutral = scenes.neutral_for(sitter.head, sitter.subject.neutral, own.head, target.fit)
     if target.fit is None:
         camera = face_camera(own, sitter.head, neutral, *target.view)
     else:
@@ -93,6 +102,11 @@ def paint(sitter, target, generator, hair=True):
             [np.log(np.maximum(made.ratio, 1e-3)), made.color, made.alpha[..., None]], -1
         )
         image = _changed(seen.deformed_neutral, layers, affine)
+    return _shown(sitter, seen, image, hair)
+
+
+def _shown(sitter, seen, image, hair=True):
+    """A generated picture [H, W, 3] linear with hair and background, encoded; the face's pixels."""
     uv = interpolate(seen.fragments, sitter.head.uv[sitter.head.uv_faces])
     skin = is_part(seen.part, "skin")[..., None]
     covered = bilinear(sitter.hair, uv * sitter.hair.shape[0]) * skin
@@ -115,3 +129,69 @@ def _changed(deformed, layers, affine):
     ]
     alpha = parts[2][..., None]
     return deformed * np.exp(parts[0]) * (1 - alpha) + parts[1] * alpha
+
+
+def film(sitter, take, generator, output, view=(0.0, 0.0), frames=None, progress=None):
+    """Paint every frame of a take into a video.
+
+    Each frame is painted from its own conditions; that nothing flickers is the network's doing, for
+    it sees one picture at a time and has no memory.
+
+    Args:
+        take: formats.livelink.Take.
+        generator: generators.base.Generator.
+        output: .mp4 or .webm.
+        view: degrees of yaw and pitch that the take's head motion is seen from.
+        frames: range of frames, or None for all.
+        progress: called with (step, done, total).
+
+    Raises:
+        InputError: neither .mp4 nor .webm.
+    """
+    kind = video.kind_of(output)
+    count = int(np.floor(take.seconds[-1] * take.rate + 1e-6)) + 1
+    chosen = range(count)[frames.start : frames.stop] if frames else range(count)
+    if not len(chosen):
+        raise InputError(f"--frames: the take has {count} frames; begin below that")
+    weights, turns, eyes = take.at(np.array(chosen) / take.rate)
+    still = face_camera(
+        sitter.neutral.fit, sitter.head, sitter.subject.neutral, *view, share=FILM_SHARE
+    )
+    show = progress or (lambda step, done, total: None)
+
+    def pictures():
+        for k in range(len(chosen)):
+            gaze = gaze_of(weights[k]).mean(0) if eyes is None else eyes[k].mean(0)
+            camera = turned(sitter, still, turns[k])
+            seen = condition(
+                sitter.head,
+                sitter.subject.neutral,
+                sitter.subject.texture,
+                weights[k],
+                gaze,
+                camera,
+            )
+            image = generator.generate(sitter.subject, seen).image
+            yield np.round(_shown(sitter, seen, image)[0] * 255).astype(np.uint8)
+            show("generate", k + 1, len(chosen))
+
+    note = video.Note(
+        f"Synthetic media: a portrait animated by bakery {__version__}; not a recording of this "
+        "person.",
+        IPTC + generator.source_type,
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        part = Path(folder) / "part"
+        part.write_bytes(video.encode(pictures(), kind, take.rate))
+        video.join(output, [part], kind, take.rate, (still.width, still.height), note)
+
+
+def turned(sitter, camera, angles):
+    """The camera of a head that is turned by angles [3]: yaw, pitch and roll in degrees."""
+    yaw, pitch, roll = angles
+    tilt = rotation.matrix([0, 0, -np.radians(roll)])
+    turn = rotation.matrix(camera.rotation) @ rotation.yaw_pitch(yaw, pitch) @ tilt
+    points = sitter.head.landmarks(sitter.subject.neutral)[:FACE]
+    pivot = np.array([0.0, *points[:, 1:].mean(0)])
+    where = cameras.to_camera(pivot, camera)
+    return replace(camera, rotation=rotation.vector(turn), translation=where - turn @ pivot)

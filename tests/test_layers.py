@@ -13,7 +13,7 @@ LAYERS = [
     {"errors"}, {"check"}, {"types", "landmarks"}, {"geometry"}, {"formats"},
     {"heads", "detectors", "generators", "preset"}, {"stages"}, {"synth"}, {"runtime", "drivers"},
     {"steps"}, {"sitter"}, {"pipeline", "frames", "movies", "checkup", "train"},
-    {"evaluate", "portrayal"}, {"cli"}, {"__main__"},
+    {"portrayal"}, {"evaluate"}, {"cli"}, {"__main__"},
 ]  # fmt: skip
 RANK = {part: rank for rank, parts in enumerate(LAYERS) for part in parts}
 # A generator draws heads and is handed their conditions: these two plug-in points build on heads.

@@ -146,12 +146,15 @@ def identity(portraits, head, features):
 @click.option("--pictures", type=click.Path(path_type=Path), help="Folder of side-by-side PNGs.")
 @click.option("--only", multiple=True, help="Name of a person; may be repeated.")
 @click.option("--times/--no-times", default=True, show_default=True, help="Measure times too.")
-def generator(portraits, head, weights, pictures, only, times):
+@click.option("--painted", type=click.Path(path_type=Path), help="Shards of painted people.")
+@click.option("--take", type=click.Path(path_type=Path), help="Live Link Face CSV, for flicker.")
+def generator(portraits, head, weights, pictures, only, times, painted, take):
     """Smiles painted from neutral photos: network, rendered, and simple baselines."""
     from bakery import steps
     from bakery.evaluate import generator as measures
-    from bakery.evaluate import generator_speed
+    from bakery.evaluate import generator_painted, generator_speed
     from bakery.generators import pagan
+    from bakery.generators.identity import load_features
 
     network = pagan.load(weights) if weights else pagan.load()
     painters = {"network": network, "rendered": steps.plug_in("generators", "rendered")}
@@ -162,5 +165,10 @@ def generator(portraits, head, weights, pictures, only, times):
         results.append(result)
     if results:
         _line(measures.summary(results))
+        _line({"identity": measures.identity(results, load_features())})
+    if painted:
+        _line({"painted": generator_painted.measure(painted, network)})
+    if take:
+        _line({"flicker": measures.flicker(portraits, steps.load_head(head), take, network, only)})
     if times:
         _line(generator_speed.measure(network))

@@ -11,7 +11,7 @@ path = click.Path(path_type=Path)
 
 @click.command(cls=options.Command)
 @options.photo
-@click.option("-o", "--output", required=True, type=path, help="PNG to write.")
+@click.option("-o", "--output", required=True, type=path, help="PNG to write, or video.")
 @click.option(
     "--fit", "fitted", type=path,
     help="Expression, gaze and camera from what `bakery fit` wrote of another photo.",
@@ -21,6 +21,8 @@ path = click.Path(path_type=Path)
 @click.option("--pitch", type=click.FloatRange(-60, 60), help="Degrees up.")
 @click.option("--gaze", help="YAW,PITCH in degrees, to the subject's left and up.")
 @click.option("--hair/--no-hair", default=True, show_default=True, help="Show the hair layer.")
+@click.option("--curves", type=path, help="Live Link Face CSV: paint a video of it.")
+@click.option("--frames", metavar="FIRST:LAST", help="Only these frames of the take, from 0.")
 @click.option("--mask", type=path, help="PNG of the pixels of the face.")
 @click.option("--generator", default="pagan", show_default=True, help="What paints.")
 @options.preset
@@ -30,27 +32,51 @@ path = click.Path(path_type=Path)
 @options.face
 @options.frame
 @options.overwrite
-def generate(photo, output, mask, hair, overwrite, preset, settings, generator, head, **wanted):
+def generate(
+    photo,
+    output,
+    mask,
+    curves,
+    frames,
+    hair,
+    overwrite,
+    preset,
+    settings,
+    generator,
+    head,
+    **wanted,
+):
     """Paint PHOTO's person with another expression, view and gaze: 512x512.
 
     \b
     bakery generate portrait.jpg --weights mouthSmileLeft=0.8,mouthSmileRight=0.8 -o smile.png
     bakery generate portrait.jpg --fit smiling.json -o smile.png --mask face.png
     bakery generate portrait.jpg --yaw 30 --gaze 10,-5 -o turned.png
+    bakery generate portrait.jpg --curves take.csv -o talking.mp4
     """
     from bakery import portrayal, steps
     from bakery.formats.image import write_image
+    from bakery.formats.livelink import read_take
+    from bakery.runtime.animate import parse_frames
 
     for place in (output, mask):
         options.may_write(place, overwrite)
     chosen = options.build_options(preset, settings)
-    target = portrayal.parse(
-        *(wanted.pop(name) for name in ("weights", "fitted", "gaze", "yaw", "pitch"))
-    )
+    asked = [wanted.pop(name) for name in ("weights", "fitted", "gaze", "yaw", "pitch")]
+    if curves is None:
+        target = portrayal.parse(*asked)
+    elif any(asked[:3]) or mask is not None:
+        raise click.UsageError("--curves brings its own expressions and gaze; no --mask either")
     painter = steps.plug_in("generators", generator)
-    picture, face = portrayal.paint(
-        portrayal.sit(photo, head, chosen, **wanted), target, painter, hair
-    )
+    if curves is not None:
+        take, view = read_take(curves), (asked[3] or 0.0, asked[4] or 0.0)
+        chosen_frames = slice(*parse_frames(frames))
+        sitter = portrayal.sit(photo, head, chosen, **wanted)
+        with options.progress() as progress:
+            portrayal.film(sitter, take, painter, output, view, chosen_frames, progress)
+        return
+    sitter = portrayal.sit(photo, head, chosen, **wanted)
+    picture, face = portrayal.paint(sitter, target, painter, hair)
     write_image(output, picture)
     if mask is not None:
         write_image(mask, face)

@@ -9,11 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
+from bakery.evaluate import generator_motion
 from bakery.evaluate.avatar import CROP, compare, mean_score, polygon_mask
 from bakery.evaluate.fitting import landmarks_of
 from bakery.evaluate.metrics import face_crop, piecewise_affine, psnr, warp_pixels
 from bakery.evaluate.report import pairs
 from bakery.formats.image import read_photo, write_image
+from bakery.formats.livelink import read_take
+from bakery.generators.identity import features_of
 from bakery.generators.planes import NONE
 from bakery.generators.shade import is_part
 from bakery.geometry.color import to_encoded
@@ -37,6 +40,7 @@ class Result:
     scores: dict  # way -> avatar.Score
     eyes: dict  # way -> dB inside both lids
     pictures: dict  # way -> [CROP, CROP, 3] sRGB-encoded, "photo" and "truth" among them
+    face: np.ndarray  # [CROP, CROP] 0..1, skin, eyes and mouth in the truth
 
 
 def measure(pair, head, painters, delta=None):
@@ -82,6 +86,7 @@ def measure(pair, head, painters, delta=None):
         {name: compare(picture, truth, sitting.points, face) for name, picture in made.items()},
         {name: psnr(picture, truth, lids) for name, picture in made.items()},
         {"photo": neutral.picture} | made | {"truth": truth},
+        face,
     )
 
 
@@ -152,6 +157,13 @@ def everybody(portraits, head, painters, pictures=None, only=None):
         yield result
 
 
+def flicker(portraits, head, take, painter, only=None, first=60, count=48):
+    """Flicker of a take painted from the first person's photo, see `generator_motion.flicker`."""
+    chosen = [pair for pair in pairs(portraits) if not only or pair.name in only][0]
+    sitter = Sitter(chosen.neutral, landmarks_of(chosen.neutral_points), head)
+    return generator_motion.flicker(sitter, read_take(take), painter, first, count)
+
+
 def summary(results):
     """Means over all people and over those who show teeth: {group: {way: figures}}."""
     out = {}
@@ -162,5 +174,33 @@ def summary(results):
             way: vars(mean_score([result.scores[way] for result in group]))
             | {"eyes_psnr": float(np.mean([result.eyes[way] for result in group]))}
             for way in ways
+        }
+    return out
+
+
+def identity(results, network):
+    """Cosine of identity features between a painted smile and the true one, and against others'.
+
+    Args:
+        network: generators.identity.IdentityNet.
+
+    Returns:
+        {way: {"same", "other": mean cosines, "other_most", "nearest": share of the painted smiles
+        whose nearest true smile is the person's own}}.
+    """
+
+    def features(way):
+        faces = [result.pictures[way] * result.face[..., None] for result in results]
+        return features_of(network, np.round(np.clip(faces, 0, 1) * 255).astype(np.uint8))
+
+    truth, out = features("truth"), {}
+    for way in results[0].scores:
+        cosine = features(way) @ truth.T
+        other = cosine[~np.eye(len(results), dtype=bool)]
+        out[way] = {
+            "same": float(np.diag(cosine).mean()),
+            "other": float(other.mean()) if len(other) else 0.0,
+            "other_most": float(other.max()) if len(other) else 0.0,
+            "nearest": float((cosine.argmax(1) == np.arange(len(results))).mean()),
         }
     return out

@@ -1,5 +1,7 @@
 """Generators against baselines: what must come out when nothing, or one known thing, changes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -9,6 +11,7 @@ from bakery.evaluate.avatar_pairs import Pair
 from bakery.evaluate.fitting import landmarks_of
 from bakery.formats.livelink import Take
 from bakery.formats.record import read_faces
+from bakery.generators.identity import load_features
 from bakery.generators.pagan import PaganGenerator
 from bakery.generators.plain import PlainUNet
 from bakery.generators.unet import INPUTS, NetworkOptions, UNet
@@ -70,6 +73,16 @@ def test_who_looks_alike(twins):
     own = generator.likeness(twins)
     assert own.shape == (generator.LOOKALIKE, generator.LOOKALIKE, 3)
     assert_allclose(own, generator.likeness(twins))
+
+
+def test_identity_of_pictures_that_are_the_truth(result):
+    rng = np.random.default_rng(0)
+    noise = rng.random((64, 64, 3))
+    one = replace(result, pictures=dict.fromkeys(result.pictures, noise), face=np.ones((64, 64)))
+    other = replace(one, pictures=dict.fromkeys(result.pictures, noise[::-1, :, ::-1]))
+    found = generator.identity([one, other], load_features())["same"]
+    assert found["same"] == pytest.approx(1, abs=1e-5) and found["nearest"] == 1
+    assert found["other"] < 0.999
 
 
 @pytest.fixture(scope="module")
