@@ -10,7 +10,7 @@ from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.noise import value_noise
 from bakery.geometry.sample import bilinear
 from bakery.heads.scalp import scalp
-from bakery.landmarks import OVAL, face_size
+from bakery.landmarks import CHIN, OVAL, face_size
 from bakery.stages.atlas import soften, uv_polygon
 from bakery.stages.segment import BACKGROUND, CLOTHES, HAIR, SKIN
 
@@ -18,6 +18,7 @@ HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, a
 SHOWN_STRIP = (0.18, 0.13)  # the layer shows none, all: wider, so that nothing gapes between both
 HALO = (0.015, 0.04)  # of the eye distance, from the background: its light is on what is nearer
 SPECK = 0.2  # of the eye distance, side of the largest hole in hair that is taken for a mistake
+JAW = 20.0  # mm above the chin, where the layer has gone
 LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
 ON_SCALP = (89.0, 82.0)  # degrees: the photo says nothing beyond the first, all below the second
 ON_SKIN = (89.0, 82.0)  # the same off the scalp, where hair hangs before the skin, not on it
@@ -81,6 +82,8 @@ def hair_layer(linear, cover, head, atlas, sight):
     inside = atlas.paint(np.ones(len(pixels), np.float32))
     growth = atlas.paint(atlas.at(scalp(head)[:, None])[:, 0])
     here, bare, edge = (bilinear(m, pixels) for m in (cover.hair, cover.skin, cover.strip))
+    on_head = _above_the_neck(head, atlas)
+    here, edge = here * on_head, edge * on_head
     # Background that a skull too large shows is no proof of a bald head.
     proof = smoothstep(0.3, 0.9, here + edge + bare)
     on_scalp, on_skin, on_bare = (
@@ -111,6 +114,12 @@ def hair_layer(linear, cover, head, atlas, sight):
     layers = ((color, shown), (made, unseen), (near, fade))
     total = sum(colors * alpha[..., None] for colors, alpha in layers)
     return np.concatenate([total, sum(alpha for _, alpha in layers)[..., None]], -1)
+
+
+def _above_the_neck(head, atlas):
+    """1 on the head, 0 on the neck, [N]: hair on the neck hangs from the head, which turns alone."""
+    chin = head.landmarks(head.mean)[CHIN, 1].mean()
+    return smoothstep(chin, chin + JAW, atlas.at(head.mean)[:, 1])
 
 
 def both_sides(values, seen):
