@@ -2,19 +2,48 @@
 
 from bakery import __version__, steps
 from bakery.drivers.retarget import parse_gain, retarget
+from bakery.drivers.track import follow, track
+from bakery.errors import FitError, InputError
 from bakery.formats import bundle as files
 from bakery.formats.files import digest_file
 from bakery.formats.livelink import format_take, read_take
 from bakery.formats.place import MANIFEST
-from bakery.formats.video import Note
+from bakery.formats.video import Clip, Note
+from bakery.heads.file import load_head
 from bakery.runtime.animate import write_video
+from bakery.steps import plug_in
 
-__all__ = ["animate", "format_take", "note_of", "retargeted"]
+__all__ = ["animate", "format_take", "note_of", "retargeted", "tracked"]
 
 
 def retargeted(curves, gain=(), neutral=None):
     """A take from a file, changed as --gain and --neutral say."""
     return retarget(read_take(curves), parse_gain(gain), neutral)
+
+
+def tracked(clip, head="makehuman", gain=(), neutral=None, progress=None):
+    """The take of a clip, changed as --gain and --neutral say.
+
+    Args:
+        clip: video file.
+        head: head model, name or file.
+        progress: called with (step, done, total).
+
+    Raises:
+        InputError: no video, or no face in it; FitError: the face is too small.
+    """
+    video, factors = Clip(clip), parse_gain(gain)
+    show = progress or (lambda step, done, total: None)
+    try:
+        followed = follow(
+            video.frames(), plug_in("detectors", "network"),
+            progress=lambda done: show("follow", done, max(video.count, done)),
+        )  # fmt: skip
+        count = len(followed.seconds)
+        take = track(followed, load_head(head), progress=lambda done: show("fit", done, count))
+    except (InputError, FitError) as error:
+        raise type(error)(f"{clip}: {error}") from None
+    return retarget(take, factors, neutral)
 
 
 def note_of(manifest):

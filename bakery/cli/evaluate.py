@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from bakery.cli import options
+from bakery.cli import evaluate_motion, options
 
 portraits = click.argument("portraits", type=click.Path(path_type=Path))
 
@@ -172,3 +172,7 @@ def generator(portraits, head, weights, pictures, only, times, painted, take):
         _line({"flicker": measures.flicker(portraits, steps.load_head(head), take, network, only)})
     if times:
         _line(generator_speed.measure(network))
+
+
+evaluate.add_command(evaluate_motion.track)
+evaluate.add_command(evaluate_motion.animate)

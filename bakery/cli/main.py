@@ -25,6 +25,7 @@ COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of th
     "render": ("render", "Draw a frame of an avatar."),
     "recover": ("render", "Write the texture of single expressions (eq. 4)."),
     "generate": ("generate", "Paint a portrait with another expression, view and gaze."),
+    "track": ("track", "Follow the face in a clip; write a take."),
     "animate": ("animate", "Play a take into a video."),
     "retarget": ("animate", "Change a take: rest, strength."),
     "heads": ("heads", "List, show and import head models."),

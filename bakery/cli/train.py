@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 
 from bakery.cli import options
+from bakery.cli.train_closeups import closeups
 from bakery.cli.train_identity import identity
 
 folder = click.Path(path_type=Path)
@@ -173,4 +174,5 @@ def export_pagan(run, output, overwrite):
     click.echo(json.dumps(export(run, output)))
 
 
+train.add_command(closeups)
 train.add_command(identity)

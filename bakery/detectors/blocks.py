@@ -1,6 +1,6 @@
-"""The two small networks of the detector: a finder of faces and a finder of points.
+"""The small networks of the detector: finders of faces, of points, and of points in close-ups.
 
-Both are plain residual convolution networks. They are trained with batch normalisation; `fold`
+All are plain residual convolution networks. They are trained with batch normalisation; `fold`
 merges it into the convolutions, and what ships is the folded network (`folded=True`).
 """
 
@@ -112,11 +112,41 @@ class PointsNet(nn.Module):
         return self.mean_shape + shape.unflatten(1, (POINTS, 2)), spread - 4.0, out[:, -1]
 
 
+class CloseupNet(nn.Module):
+    """Points in a small grey crop, see `closeups`.
+
+    Input [B, S, S] uint8, S = 64. Output [B, count, 2] in units of the crop's side from its middle.
+    """
+
+    def __init__(self, count, folded=False):
+        super().__init__()
+        self.body = nn.Sequential(
+            Conv(1, 16, stride=2, kernel=5, folded=folded),
+            stage(16, 32, 1, folded),
+            stage(32, 64, 2, folded),
+            stage(64, 96, 1, folded),
+        )
+        self.hidden = nn.Linear(96 * 16, 192)
+        self.out = nn.Linear(192, count * 2)
+        nn.init.zeros_(self.out.weight)
+        nn.init.zeros_(self.out.bias)
+        self.register_buffer("mean_shape", torch.zeros(count, 2))
+
+    def forward(self, crop):
+        crop = crop.float()[:, None] / 255
+        # Light and exposure say nothing about where points are.
+        middle = crop.mean((2, 3), keepdim=True)
+        spread = crop.std((2, 3), keepdim=True)
+        features = self.body((crop - middle) / (spread + 0.02))
+        features = functional.silu(self.hidden(features.flatten(1)))
+        return self.mean_shape + self.out(features).float().unflatten(1, (-1, 2))
+
+
 def fold(network):
     """Merge batch normalisation into the convolutions before it.
 
     Args:
-        network: FinderNet or PointsNet with trained statistics.
+        network: one of these networks with trained statistics.
 
     Returns:
         dict of tensors that loads into the same network built with `folded=True`.

@@ -30,3 +30,16 @@ def yaw_pitch(yaw, pitch):
     about_y = np.array([[np.cos(y), 0, np.sin(y)], [0, 1, 0], [-np.sin(y), 0, np.cos(y)]])
     about_x = np.array([[1, 0, 0], [0, np.cos(p), np.sin(p)], [0, -np.sin(p), np.cos(p)]])
     return about_y @ about_x
+
+
+def yaw_pitch_roll(yaw, pitch, roll):
+    """Matrix [3, 3] of a head: `yaw_pitch` after a tilt by `roll` towards its left shoulder, degrees."""
+    return yaw_pitch(yaw, pitch) @ matrix([0, 0, -np.radians(roll)])
+
+
+def angles_of(turn):
+    """Yaw, pitch and roll [3] in degrees of a matrix [3, 3]; the inverse of `yaw_pitch_roll`."""
+    x, y, z = turn @ [0.0, 0.0, 1.0]
+    yaw, pitch = np.degrees(np.arctan2(x, z)), np.degrees(np.arcsin(np.clip(y, -1, 1)))
+    tilt = yaw_pitch(yaw, pitch).T @ turn
+    return np.array([yaw, pitch, -np.degrees(np.arctan2(tilt[1, 0], tilt[0, 0]))])

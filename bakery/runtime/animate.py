@@ -106,10 +106,9 @@ class Stage:
 
         The photo's own view stays as it is: its background cannot turn.
         """
-        yaw, pitch, roll = self.head[index]
         if self.show.view == "photo" or not self.head[index].any():
             return self.camera
-        turn = rotation.yaw_pitch(yaw, pitch) @ rotation.matrix([0, 0, -np.radians(roll)])
+        turn = rotation.yaw_pitch_roll(*self.head[index])
         points = self.avatar.head.landmarks(self.avatar.neutral)[:468]
         pivot = np.array([0.0, *points[:, 1:].mean(0)])
         still = rotation.matrix(self.camera.rotation)

@@ -53,6 +53,7 @@ class Player:
         head, textures = avatar.head, avatar.textures
         shown = head.part_faces(*SHOWN)
         used, compact = np.unique(head.faces[shown], return_inverse=True)
+        self.used = used  # [v] the vertices that are shown
         self.faces = compact.reshape(-1, 3).astype(np.int32)
         self.rest = np.ascontiguousarray(avatar.neutral[used], np.float32)
         basis = np.asarray(head.expression_basis[:, used], np.float32)

@@ -209,16 +209,16 @@ def advance(model, camera, shape, step):
     return camera, Shape(identity, expression)
 
 
-def bounded_step(model, shape, gradient, hessian):
-    """One Gauss-Newton step that keeps expressions in 0..1 and antagonists apart."""
+def bounded_step(model, shape, gradient, hessian, rivals=groups.RIVALS):
+    """One Gauss-Newton step that keeps expressions in 0..1 and antagonists (`rivals`) apart."""
     first, count = 6 + model.modes, len(groups.FITTED)
     here = shape.expression[groups.FITTED]
     return minimize_partly_bounded(
-        hessian, gradient, np.arange(first, first + count), -here, 1 - here, groups.RIVALS
+        hessian, gradient, np.arange(first, first + count), -here, 1 - here, rivals
     )
 
 
-def fit_points(model, camera, shape, points, confidence, weights, steps=8):
+def fit_points(model, camera, shape, points, confidence, weights, steps=8, rivals=groups.RIVALS):
     """Gauss-Newton on landmarks and prior.
 
     Args:
@@ -226,6 +226,7 @@ def fit_points(model, camera, shape, points, confidence, weights, steps=8):
         camera, shape: first guess.
         points: [L, 2] pixels; confidence: [L] 0..1.
         steps: at most; stops when no landmark moves by more than 0.01% of the face.
+        rivals: pairs of places in `fit_points.FITTED` that exclude each other.
 
     Returns:
         camera, shape.
@@ -237,7 +238,7 @@ def fit_points(model, camera, shape, points, confidence, weights, steps=8):
     for _ in range(steps):
         g, h, _ = landmark_terms(model, camera, shape, points, root, size, weights)
         prior_g, prior_h, _ = prior_terms(model, shape, weights)
-        step = bounded_step(model, shape, g + prior_g, h + prior_h)
+        step = bounded_step(model, shape, g + prior_g, h + prior_h, rivals)
         camera, shape = advance(model, camera, shape, step)
         after = cameras.project(model.points(shape), camera)
         if before is not None and np.abs(after - before).max() < 1e-4 * size:

@@ -1,0 +1,38 @@
+"""`bakery track`: a clip of a talking person to a take."""
+
+from pathlib import Path
+
+import click
+
+from bakery.cli import options
+from bakery.cli.animate import gain, neutral
+
+
+@click.command(cls=options.Command)
+@click.argument("clip", type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", required=True, type=click.Path(path_type=Path),
+    help="CSV to write, as Live Link Face has it.",
+)  # fmt: skip
+@options.head
+@gain
+@neutral
+@options.overwrite
+def track(clip, output, head, gain, neutral, overwrite):
+    """Follow the face in a video CLIP and write what it does.
+
+    \b
+    bakery track clip.mp4 -o take.csv
+    bakery animate portrait.avatar --curves take.csv --sound clip.mp4 -o out.mp4
+
+    One person fills the clip; of several faces the largest is followed.
+    """
+    from bakery import movies
+
+    options.may_write(output, overwrite)
+    with options.progress() as progress:
+        take = movies.tracked(clip, head, gain, neutral, progress)
+    options.write(output, movies.format_take(take))
+    for note in take.notes:
+        options.say(f"{clip}: {note}")
+    options.say(f"{output}: {len(take.seconds)} frames, {take.rate:g} a second")

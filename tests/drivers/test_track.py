@@ -1,0 +1,185 @@
+"""Clips to takes: known curves come back from their points; losses and noise."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bakery.detectors import frames
+from bakery.drivers import track as tracking
+from bakery.drivers.track import Followed, TrackOptions, follow, steady, track
+from bakery.errors import FitError, InputError
+from bakery.geometry import camera as cameras
+from bakery.geometry import rotation
+from bakery.heads.base import look, weights
+from bakery.synth.scene import portrait_camera
+from bakery.types import EXPRESSION_INDEX
+
+SIZE = 384
+FEW = replace(TrackOptions(), identity_frames=6, rest_frames=12, identity_rounds=3)
+
+
+def played(head, count=40, size=SIZE, seed=0):
+    """Weights, gaze and head angles that begin at rest, and their points [N, 478, 2]."""
+    rng = np.random.default_rng(seed)
+    share = np.clip((np.arange(count) - 6) / (count - 7), 0, 1)
+    wave = np.sin(np.pi * share) ** 2
+    rows, gazes, turns, points = [], [], [], []
+    neutral = head.neutral(rng.normal(0, 0.8, len(head.identity_basis)))
+    for index in range(count):
+        s, w = share[index], wave[index]
+        gaze = np.array([14.0 * np.sin(4 * np.pi * s), 6.0 * np.sin(2 * np.pi * s)])
+        mix = weights({"jawOpen": 0.7 * w, "browInnerUp": 0.7 * (s > 0.5) * w})
+        blink = 1.0 if index in (18, 19, 20) else 0.0
+        mix += weights({"eyeBlinkLeft": blink, "eyeBlinkRight": blink, "mouthSmileLeft": 0.6 * s**2,
+                        "mouthSmileRight": 0.6 * s**2})  # fmt: skip
+        turn = np.array([12.0, -5.0, 8.0]) * np.sin(2 * np.pi * s)
+        expression = look(mix, gaze)
+        camera = portrait_camera(size, size, turn[0], turn[1], 0.0, filling=0.6, distance=900)
+        matrix = rotation.yaw_pitch_roll(*turn)
+        camera = replace(camera, rotation=rotation.vector(matrix))
+        vertices = head.vertices(neutral, expression, gaze)
+        points.append(cameras.project(head.landmarks(vertices), camera))
+        rows.append(expression)
+        gazes.append(gaze)
+        turns.append(turn)
+    return np.array(rows), np.array(gazes), np.array(turns), np.array(points)
+
+
+def followed(points, size=SIZE, missing=()):
+    points = points.astype(np.float32).copy()
+    points[list(missing)] = np.nan
+    return Followed(np.arange(len(points)) / 30, points, size, size)
+
+
+def of(rows, name):
+    return rows[:, EXPRESSION_INDEX[name]]
+
+
+def test_known_curves_come_back(head):
+    """Points without error: what is left is the prior, which shrinks, and an unknown lens."""
+    rows, gaze, turns, points = played(head)
+    take = track(followed(points), head, FEW)
+    error = np.abs(take.weights - rows)
+    assert error.mean() < 0.015 < 0.03 < rows.mean()
+    assert np.corrcoef(take.weights.ravel(), rows.ravel())[0, 1] > 0.9
+    assert np.abs(of(take.weights, "jawOpen") - of(rows, "jawOpen")).max() < 0.2
+    assert of(take.weights, "eyeBlinkLeft")[19] > 0.7 and of(take.weights, "eyeBlinkLeft")[15] < 0.2
+    apart = take.head - turns
+    assert np.abs(apart - apart.mean(0)).max() < 4 and np.abs(take.eyes[:, 0] - gaze).mean() < 4
+    assert take.rate == 30 and take.notes == ()
+
+
+def test_a_still_face_does_not_shake(head):
+    """Points that tremble by 0.4% of the eye distance, as those of a still face under grain do."""
+    _, _, _, points = played(head, 8)
+    rng = np.random.default_rng(1)
+    apart = np.linalg.norm(points[0, 33] - points[0, 263])
+    still = points[:1] + rng.normal(0, 0.004 * apart, (30, 478, 2))
+    take = track(followed(still), head, FEW)
+    assert take.weights.std(0).mean() < 0.005
+    assert take.head.std(0).max() < 0.5
+
+
+def test_lost_frames_lie_between_their_neighbours(head):
+    _, _, _, points = played(head)
+    take = track(followed(points, missing=(0, 24, 25)), head, FEW)
+    jaw = of(take.weights, "jawOpen")
+    np.testing.assert_allclose(jaw[0], jaw[1], atol=1e-6)
+    np.testing.assert_allclose(jaw[24], jaw[23] + (jaw[26] - jaw[23]) / 3, atol=1e-5)
+    assert take.notes == ("3 frames without a face interpolated",)
+
+
+def test_small_faces_are_refused(head):
+    _, _, _, points = played(head, 8)
+    with pytest.raises(FitError, match="pixels apart"):
+        track(followed(points * 0.1), head, FEW)
+
+
+def test_angles_and_their_matrix():
+    for angles in ([0, 0, 0], [20, -10, 15], [-60, 40, -30]):
+        turn = rotation.yaw_pitch_roll(*angles)
+        np.testing.assert_allclose(rotation.angles_of(turn), angles, atol=1e-9)
+    tilted = rotation.yaw_pitch_roll(0, 0, 20) @ [0, 1, 0]
+    assert tilted[0] > 0.3  # +x is the subject's left
+
+
+def test_smoothing_keeps_blinks_and_takes_noise():
+    rng = np.random.default_rng(0)
+    noise = rng.normal(0, 0.01, (200, 1))
+    assert steady(noise, 1.6, 0.06).std() < 0.6 * noise.std()
+    blink = np.zeros((40, 1))
+    blink[18:22] = 1
+    np.testing.assert_allclose(steady(blink, 1.6, 0.06), blink, atol=1e-3)
+    ramp = np.linspace(0, 1, 40)[:, None]
+    np.testing.assert_allclose(steady(ramp, 1.6, 0.06)[6:-6], ramp[6:-6], atol=0.01)
+    np.testing.assert_array_equal(steady(noise, 0, 0.06), noise)
+
+
+class Scripted:
+    """A detector whose answers are known; pictures carry their number in a pixel."""
+
+    def __init__(self, points, present):
+        self.points, self.present, self.found, self.crops = points, present, [], []
+
+    def detect(self, picture):
+        number = int(picture[0, 0, 0])
+        self.found.append(number)
+        if self.present[number] is None:
+            return []
+        small = self.points[number] * 0.2
+        box = np.array([0, 0, 1, 1.0])
+        face = type("Face", (), {})
+        one, other = face(), face()
+        one.points, one.box = small, box
+        other.points, other.box = self.points[number], box * 50
+        return [one, other]
+
+    def place(self, picture, found):
+        number = int(picture[0, 0, 0])
+        self.crops.append(found[0])
+        return self.points[number][None], None, np.array([self.present[number] or 0.0])
+
+
+@pytest.fixture
+def script(head, monkeypatch):
+    monkeypatch.setattr(tracking, "look_closer", lambda picture, points: points)
+    _, _, _, points = played(head, 12)
+
+    def make(present):
+        return Scripted(points, present)
+
+    return make
+
+
+def clip(count):
+    for number in range(count):
+        picture = np.zeros((SIZE, SIZE, 3), np.uint8)
+        picture[0, 0] = number
+        yield number / 30, picture
+
+
+def test_the_face_is_found_once_and_again_when_lost(script):
+    """The largest face is taken; a frame in which nobody is found is a hole."""
+    detector = script([1, 1, 1, 0.2, 1, 1, None, None, 1, 1, 1, 1])
+    done = []
+    out = follow(clip(12), detector, progress=done.append)
+    assert detector.found == [0, 3, 6, 7, 8] and done == list(range(1, 13))
+    assert np.flatnonzero(~out.found).tolist() == [6, 7]
+    np.testing.assert_allclose(out.points[1], detector.points[1], atol=1e-4)
+    assert (out.width, out.height) == (SIZE, SIZE)
+
+
+def test_the_crop_stays_until_the_face_has_moved(script):
+    detector = script([1] * 12)
+    detector.points = np.repeat(detector.points[:1], 12, 0)
+    detector.points[8:] += 40  # pixels
+    follow(clip(12), detector)
+    crops = [crop.center[0] for crop in detector.crops]
+    assert len(set(crops[:9])) == 1 and crops[-1] == pytest.approx(crops[0] + 40, abs=1)
+
+
+def test_a_clip_without_a_face_is_refused(script):
+    with pytest.raises(InputError, match="no face found in any frame"):
+        follow(clip(12), script([None] * 12))
+    assert frames.POINTS == 478
