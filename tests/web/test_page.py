@@ -65,6 +65,15 @@ def test_controls_do_what_they_say(walked):
     assert report["keyboard"][0] < report["keyboard"][1], "arrow keys move a slider"
 
 
+def test_numbers_that_are_none_are_refused(walked):
+    assert walked[0]["wrong"] == [
+        "jawOpen: NaN is no weight",
+        "no expression 'nothing'",
+        "gaze is no number",
+        "a head turn is no number",
+    ]
+
+
 def test_a_dropped_take_plays(walked):
     report, _ = walked
     assert 0 < report["played"]["first"] < report["played"]["later"], report["played"]

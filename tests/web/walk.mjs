@@ -79,6 +79,19 @@ async function expressions() {
   await page.mouse.move(x + 8, y, { steps: 3 });
   await page.mouse.up();
   seen.gaze = await page.evaluate(() => window.avatar.gaze);
+  seen.wrong = await page.evaluate(() => [
+    () => window.avatar.set({ jawOpen: NaN }),
+    () => window.avatar.set({ nothing: 1 }),
+    () => window.avatar.look(Infinity, 0),
+    () => window.avatar.turn(0, NaN),
+  ].map((call) => {
+    try {
+      call();
+      return '';
+    } catch (error) {
+      return error.message;
+    }
+  }));
 }
 
 async function stages() {

@@ -83,6 +83,7 @@ class Page {
     this.avatar = avatar;
     this.canvas = canvas;
     this.wanted = false;
+    this.all = true; // whether the controls are to be shown anew
     this.ready = 0; // milliseconds until the first picture
     this.ease = null;
     this.shownAt = 0;
