@@ -56,7 +56,7 @@ class Sitter:
         photo = photo or read_photo(path)
         fit, segmentation = steps.place_head(path, photo, landmarks, head, self.options)
         self.head, neutral = steps.own_head(head, fit)
-        cover = cover_of(segmentation, landmarks.points)
+        cover = cover_of(photo.encoded, segmentation, landmarks.points)
         resolution = self.options.texture.resolution
         prepared = texture.prepare(photo, landmarks, fit, neutral, self.head, cover, resolution)
         self.subject, self.hair = prepared.subject, prepared.hair

@@ -228,7 +228,7 @@ def paint(photo, landmarks, fit, segmentation, head, generator, options, progres
         fit,
         neutral,
         own,
-        cover_of(segmentation, landmarks.points),
+        cover_of(photo.encoded, segmentation, landmarks.points),
         generator,
         wanted,
         options.texture,

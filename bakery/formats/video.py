@@ -6,6 +6,7 @@ browser (7 ms a frame of 512x512 on one core) and MPEG-4 in players and editors 
 90 ms, for OpenCV passes no speed to its encoder.
 """
 
+import contextlib
 import os
 import tempfile
 from dataclasses import dataclass, replace
@@ -18,6 +19,7 @@ import numpy as np
 from bakery.errors import InputError
 from bakery.formats import mp4, webm
 
+os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # FFmpeg prints on stderr by itself
 KINDS = {".mp4": ("mp4v", ".mp4"), ".webm": ("VP80", ".ivf")}  # ending -> FourCC, of the parts
 LARGEST_SIDE = 4096  # pixels
 # OpenCV's change to YUV cuts off instead of rounding: grey 118 came back as (115, 117, 114).
@@ -41,6 +43,16 @@ class Note:
     source_type: str  # IPTC digital source type, a URL
 
 
+@contextlib.contextmanager
+def quiet():
+    """OpenCV says nothing of its own: what matters becomes one line of ours."""
+    level = cv2.utils.logging.setLogLevel(0)
+    try:
+        yield
+    finally:
+        cv2.utils.logging.setLogLevel(level)
+
+
 class Clip:
     """A video file, frame by frame."""
 
@@ -54,7 +66,8 @@ class Clip:
         if not path.is_file():
             raise InputError(f"{path}: no such file; give a video such as clip.mp4")
         self.path = path
-        self.capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+        with quiet():
+            self.capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
         if not self.capture.isOpened():
             raise InputError(f"{path}: no video that can be read; give an MP4, MOV or WebM file")
         self.rate = float(self.capture.get(cv2.CAP_PROP_FPS)) or 30.0
@@ -118,9 +131,8 @@ def encode(pictures, kind, rate):
             if writer is None:
                 size = picture.shape[1::-1]
                 code = cv2.VideoWriter_fourcc(*four)
-                level = cv2.utils.logging.setLogLevel(0)  # it complains of "VP80" and takes it
-                writer = cv2.VideoWriter(path, cv2.CAP_FFMPEG, code, rate, size)
-                cv2.utils.logging.setLogLevel(level)
+                with quiet():  # it complains of "VP80" and takes it
+                    writer = cv2.VideoWriter(path, cv2.CAP_FFMPEG, code, rate, size)
                 if not writer.isOpened():
                     raise InputError(
                         f"this OpenCV writes no {kind}; choose the other kind of video"

@@ -17,8 +17,9 @@ from bakery.stages.segment import BACKGROUND, CLOTHES, HAIR, SKIN
 HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
 SHOWN_STRIP = (0.18, 0.13)  # the layer shows none, all: wider, so that nothing gapes between both
 HALO = (0.015, 0.04)  # of the eye distance, from the background: its light is on what is nearer
-SPECK = 0.2  # of the eye distance, side of the largest hole in hair that is taken for a mistake
+SPECK = 0.04  # of the eye distance, side of the largest hole in hair that is taken for a mistake
 JAW = 20.0  # mm above the chin, where the layer has gone
+POCKETS = 0.25  # of the eye distance, from the background: how far between strands it is seen
 LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
 ON_SCALP = (89.0, 82.0)  # degrees: the photo says nothing beyond the first, all below the second
 ON_SKIN = (89.0, 82.0)  # the same off the scalp, where hair hangs before the skin, not on it
@@ -36,13 +37,14 @@ class Cover:
     strip: np.ndarray  # skin too near to hair to be taken as such; shown together with the hair
 
 
-def cover_of(segmentation, points):
+def cover_of(encoded, segmentation, points):
     """Divide a photo into skin, hair and the strip between them.
 
     Along the hair lie its shadow and loose strands. Left in the skin they are a dark line along the
     hairline of the bald head (PITFALLS 10).
 
     Args:
+        encoded: [H, W, 3] sRGB-encoded photo.
         segmentation: of the photo.
         points: [L, 2] pixels.
     """
@@ -54,10 +56,28 @@ def cover_of(segmentation, points):
     behind = _large(around, (SPECK * face_size(points)) ** 2)
     off = cv2.distanceTransform((~behind).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
     clear = smoothstep(*HALO, off) if behind.any() else np.ones(hair.shape)
+    hair = hair * (1 - _pockets(encoded, segmentation.labels, off))
     strip = shown * ((segmentation.labels == SKIN) | (around & ~behind))
     return Cover(
         *(x.astype(np.float32) for x in (segmentation.skin * taken, hair * clear, strip * clear))
     )
+
+
+def _pockets(encoded, labels, off):
+    """How surely a pixel of hair [H, W] is background that shows between strands, 0..1.
+
+    Args:
+        off: [H, W] distance from the background, in eye distances.
+    """
+    both = [labels == label for label in (BACKGROUND, HAIR)]
+    nothing = np.zeros(labels.shape, np.float32)
+    if not all(where.any() for where in both):
+        return nothing
+    colors = [np.median(encoded[where], 0) for where in both]
+    if np.linalg.norm(colors[0] - colors[1]) < 0.2:  # too alike to tell apart
+        return nothing
+    behind, hair = (np.linalg.norm(encoded - color, axis=-1) for color in colors)
+    return smoothstep(0.45, 0.25, behind / (behind + hair + 1e-6)) * (off < POCKETS)
 
 
 def _large(mask, area):

@@ -32,6 +32,6 @@ def unwrap_folder(photos, head, output):
         photo, landmarks = steps.one_face(path)
         fit, segmentation = steps.place_head(path, photo, landmarks, head)
         own, neutral = steps.own_head(head, fit)
-        cover = cover_of(segmentation, landmarks.points)
+        cover = cover_of(photo.encoded, segmentation, landmarks.points)
         skins.save(target, skins.unwrap(photo, landmarks, fit, neutral, own, cover))
         yield target

@@ -23,12 +23,21 @@ def points_with_eyes(gap=100.0):
     return points
 
 
+def photo_of(labels):
+    """Brown hair, light skin and white background, [H, W, 3]."""
+    colors = {HAIR: (0.3, 0.2, 0.1), SKIN: (0.8, 0.6, 0.5), BACKGROUND: (0.9, 0.9, 0.9)}
+    out = np.zeros(labels.shape + (3,), np.float32)
+    for label, color in colors.items():
+        out[labels == label] = color
+    return out
+
+
 def test_skin_keeps_clear_of_hair_and_the_strip_takes_the_rest():
     """Seven pixels from hair nothing is taken, thirteen away all is: 100 pixels between the eyes."""
     labels = np.full((40, 60), SKIN, np.uint8)
     labels[:, :10], labels[30:] = HAIR, BACKGROUND
     skin = (labels == SKIN).astype(np.float32)
-    cover = cover_of(Segmentation(labels, skin), points_with_eyes())
+    cover = cover_of(photo_of(labels), Segmentation(labels, skin), points_with_eyes())
     assert cover.skin[20, 10:16].max() == 0
     assert cover.skin[20, 24:].min() == 1
     assert (np.diff(cover.skin[20]) >= 0).all()
@@ -39,7 +48,11 @@ def test_skin_keeps_clear_of_hair_and_the_strip_takes_the_rest():
 
 def test_no_hair_changes_nothing():
     skin = np.random.default_rng(0).random((30, 30)).astype(np.float32)
-    cover = cover_of(Segmentation(np.full((30, 30), SKIN, np.uint8), skin), points_with_eyes())
+    cover = cover_of(
+        np.zeros((30, 30, 3)),
+        Segmentation(np.full((30, 30), SKIN, np.uint8), skin),
+        points_with_eyes(),
+    )
     np.testing.assert_array_equal(cover.skin, skin)
     assert cover.hair.max() == 0 and cover.strip.max() == 0
 
@@ -115,6 +128,21 @@ def test_specks_of_background_in_a_fringe_belong_to_it():
     labels = np.full((60, 60), HAIR, np.uint8)
     labels[20:22, 20:22] = BACKGROUND
     labels[45:] = BACKGROUND
-    cover = cover_of(Segmentation(labels, np.zeros((60, 60), np.float32)), points_with_eyes())
+    cover = cover_of(
+        photo_of(labels), Segmentation(labels, np.zeros((60, 60), np.float32)), points_with_eyes()
+    )
     assert (cover.hair + cover.strip)[10:30].min() == 1
     assert cover.hair[44].max() < 0.1, "but hair at the edge of the background has its light"
+
+
+def test_background_between_strands_is_not_hair():
+    """White pixels labelled as hair, near the white background; the same far from it is a highlight."""
+    labels = np.full((80, 60), HAIR, np.uint8)
+    labels[:20] = BACKGROUND
+    photo = photo_of(labels)
+    photo[28:32, 20:24] = photo[70:74, 20:24] = 0.9
+    cover = cover_of(
+        photo, Segmentation(labels, np.zeros((80, 60), np.float32)), points_with_eyes()
+    )
+    assert cover.hair[28:32, 20:24].max() == 0 and cover.hair[30, 40] == 1
+    assert cover.hair[70:74, 20:24].min() == 1
