@@ -57,7 +57,8 @@ def training(count, output, seed, head):
 )  # fmt: skip
 @click.option("--skins", type=click.Path(path_type=Path), help="Folder of `bakery synth skins`.")
 @click.option("--size", default=256, show_default=True, type=click.IntRange(64), help="Pixels.")
-def pairs(count, output, seed, heads, skins, size):
+@click.option("--keys", is_flag=True, help="Each key expression from each view, not random ones.")
+def pairs(count, output, seed, heads, skins, size, keys):
     """Paint invented people in neutral and in other expressions, for `bakery train pagan`.
 
     \b
@@ -68,7 +69,7 @@ def pairs(count, output, seed, heads, skins, size):
     from bakery.synth.pair_shards import write
 
     models = [load_head(head) for head in heads]
-    for path in write(models, output, count, seed, skins, PairOptions(size=size)):
+    for path in write(models, output, count, seed, skins, PairOptions(size=size, keys=keys)):
         click.echo(path)
 
 

@@ -11,6 +11,7 @@ from functools import partial
 import cv2
 import numpy as np
 
+from bakery.formats.targets import presets_folder, read_keys
 from bakery.generators.planes import face_mask, planes
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
@@ -48,12 +49,24 @@ class PairOptions:
 
     size: int = 256  # S, pixels on a side
     targets: int = 16  # pictures of one subject
+    keys: bool = False  # what avatars are baked from in place of that: each key from each view
     spread: float = 0.8  # standard deviations of the identities
     painted: float = 0.15  # share of subjects whose skin is painted though there are skins
     # Size of the fit's mistakes, 1 as the fit has them: 0.25 standard deviations of identity, with the
     # landmarks mended but for 0.5 mm in the picture and half of the mistake in depth; 5% of each
     # expression weight; 0 gives the conditions the truth.
     error: float = 1.0
+
+    @property
+    def count(self):
+        """Pictures of one subject."""
+        return len(_key_poses()) if self.keys else self.targets
+
+
+def _key_poses():
+    """Expression [E], gaze [2], yaw and pitch of each key expression from each of its views."""
+    _, keys = read_keys(presets_folder() / "expressions" / "keys.toml")
+    return [(weights, np.zeros(2), yaw, 0.0) for weights in keys for yaw in texture.VIEWS]
 
 
 def draw_figure(rng, stage, paths, options):
@@ -245,7 +258,7 @@ def paint_subject(stage, paths, seed, options=PairOptions()):
         seed: (run's seed, number of the subject); the same gives the same pictures.
 
     Yields:
-        PaintedPair, `options.targets` times.
+        PaintedPair, `options.count` times.
     """
     rng = np.random.default_rng(seed)
     figure, camera, balance = draw_figure(rng, stage, paths, options)
@@ -278,13 +291,15 @@ def paint_subject(stage, paths, seed, options=PairOptions()):
         "subject": int(np.atleast_1d(seed)[-1]),
         "head": stage.head.name,
     }
-    for _ in range(options.targets):
-        yield _target(rng, figure, subject, fit, head, neutral, exposure * balance, shared, options)
+    poses = _key_poses() if options.keys else [None] * options.targets
+    gain = exposure * balance
+    for pose in poses:
+        pose = pose or (*draw_expression(rng), *draw_view(rng))
+        yield _target(rng, figure, subject, fit, head, neutral, gain, shared, options, pose)
 
 
-def _target(rng, figure, subject, fit, head, neutral, gain, shared, options):
-    expression, gaze = draw_expression(rng)
-    yaw, pitch = draw_view(rng)
+def _target(rng, figure, subject, fit, head, neutral, gain, shared, options, pose):
+    expression, gaze, yaw, pitch = pose
     camera = face_camera(fit, head, neutral, yaw, pitch, options.size)
     believed = expression * (1 + 0.05 * options.error * rng.normal(size=len(expression)))
     believed = np.clip(believed, 0, 1).astype(np.float32)

@@ -31,11 +31,11 @@ def write(heads, folder, count, seed=0, skin_folder=None, options=None):
     paths = [skins.skins_of(skin_folder, head) if skin_folder else [] for head in heads]
     stages = [quick.make_stage(head, skins.TEXELS) for head in heads]
     folder.mkdir(parents=True, exist_ok=True)
-    subjects = -(-count // options.targets)
+    subjects = -(-count // options.count)
     for number in range(-(-subjects // SUBJECTS)):
         path = folder / NAME.format(number)
         members = range(number * SUBJECTS, min((number + 1) * SUBJECTS, subjects))
-        if path.exists() and len(Shard(path)) == len(members) * options.targets:
+        if path.exists() and len(Shard(path)) == len(members) * options.count:
             continue
         pairs = (
             pair

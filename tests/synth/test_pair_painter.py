@@ -1,6 +1,7 @@
 """Painted pairs: truth and conditions agree, seeds repeat, folds stay where nothing presses."""
 
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -54,6 +55,15 @@ def test_same_seed_same_pictures(stage, pairs):
     again = next(iter(paint_subject(stage, [], (5, 3), SMALL)))
     np.testing.assert_array_equal(again.target, pairs[0].target)
     np.testing.assert_array_equal(again.deformed, pairs[0].deformed)
+
+
+def test_keys_from_their_views(stage):
+    options = replace(SMALL, keys=True)
+    assert options.count == 6 * 3 and SMALL.count == 2
+    made = list(islice(paint_subject(stage, [], (5, 3), options), 4))
+    assert [pair.yaw for pair in made] == [0, 40, -40, 0]
+    np.testing.assert_array_equal(made[0].expression, made[2].expression)
+    assert (made[3].expression != made[0].expression).any() and made[0].expression.max() > 0.5
 
 
 def test_folds_show_under_compression_only(head, stage):
