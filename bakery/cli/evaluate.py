@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from bakery.cli import evaluate_motion, options
+from bakery.cli import evaluate_generator, evaluate_motion, options
 
 portraits = click.argument("portraits", type=click.Path(path_type=Path))
 
@@ -139,40 +139,8 @@ def identity(portraits, head, features):
     _line(measuring.measure(network, seen))
 
 
-@evaluate.command(cls=options.Command)
-@portraits
-@options.head
-@click.option("--weights", type=click.Path(path_type=Path), help="Of the network, for a look.")
-@click.option("--pictures", type=click.Path(path_type=Path), help="Folder of side-by-side PNGs.")
-@click.option("--only", multiple=True, help="Name of a person; may be repeated.")
-@click.option("--times/--no-times", default=True, show_default=True, help="Measure times too.")
-@click.option("--painted", type=click.Path(path_type=Path), help="Shards of painted people.")
-@click.option("--take", type=click.Path(path_type=Path), help="Live Link Face CSV, for flicker.")
-def generator(portraits, head, weights, pictures, only, times, painted, take):
-    """Smiles painted from neutral photos: network, rendered, and simple baselines."""
-    from bakery import steps
-    from bakery.evaluate import generator as measures
-    from bakery.evaluate import generator_painted, generator_speed
-    from bakery.generators import pagan
-    from bakery.generators.identity import load_features
-
-    network = pagan.load(weights) if weights else pagan.load()
-    painters = {"network": network, "rendered": steps.plug_in("generators", "rendered")}
-    results = []
-    for result in measures.everybody(portraits, steps.load_head(head), painters, pictures, only):
-        scores = {way: vars(score) for way, score in result.scores.items()}
-        _line({"name": result.name, "teeth": result.teeth, **scores})
-        results.append(result)
-    if results:
-        _line(measures.summary(results))
-        _line({"identity": measures.identity(results, load_features())})
-    if painted:
-        _line({"painted": generator_painted.measure(painted, network)})
-    if take:
-        _line({"flicker": measures.flicker(portraits, steps.load_head(head), take, network, only)})
-    if times:
-        _line(generator_speed.measure(network))
-
-
-evaluate.add_command(evaluate_motion.track)
-evaluate.add_command(evaluate_motion.animate)
+for command in (
+    evaluate_generator.generator, evaluate_generator.painted, evaluate_generator.times,
+    evaluate_motion.track, evaluate_motion.animate,
+):  # fmt: skip
+    evaluate.add_command(command)

@@ -1,15 +1,43 @@
 """How long the generator's network takes for one avatar, against a plain image-to-image U-Net."""
 
+import tempfile
 import time
+from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 
+from bakery import pipeline
 from bakery.generators.pagan import PaganGenerator
 from bakery.generators.plain import seconds_of_plain_unet
 from bakery.generators.unet import INPUTS
 
 FRAME, EYES, MOUTH = (512, 512), (128, 288), (192, 192)  # height, width as the network sees them
 KEYS, GAZES, MOUTHS = 6 * 3, 20, 300  # pictures of one avatar
+
+
+def stages(photo, head, generator):
+    """Wall-clock seconds of each step of one bake, in its order, once the models were read.
+
+    Args:
+        photo: path; head, generator: their names.
+
+    Returns:
+        {step or kind of texture: seconds, "all": seconds}.
+    """
+    marks = []
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder) / "timed.avatar"
+        pipeline.build(
+            pipeline.Request(Path(photo), output, head=head, generator=generator),
+            lambda step, done, total: marks.append((step.split()[0], time.perf_counter())),
+        )
+        marks.append(("", time.perf_counter()))
+    out = {}
+    for (name, before), (_, after) in pairwise(marks):
+        out[name] = out.get(name, 0.0) + after - before
+    out["all"] = sum(out.values())
+    return {name: round(seconds, 2) for name, seconds in out.items()}
 
 
 def measure(generator: PaganGenerator):

@@ -211,6 +211,13 @@ def with_own_gaze(directions, gaze):
     return out
 
 
+def _announced(painted, words, say):
+    """The pictures of an iterator, each made after its word was said."""
+    for word in words:
+        say(word)
+        yield next(painted)
+
+
 def bake(photo, landmarks, fit, neutral, head, cover, generator, targets, options, progress=None):
     """Paint every texture of the avatar.
 
@@ -230,23 +237,16 @@ def bake(photo, landmarks, fit, neutral, head, cover, generator, targets, option
     say("neutral")
     prepared = prepare(photo, landmarks, fit, neutral, head, cover, options.resolution)
     subject = prepared.subject
-    keys = []
-    for name, texture in zip(
-        targets.key_names, key_textures(subject, generator, fit, targets, options)
-    ):
-        say(f"key {name}")
-        keys.append(texture)
+    painted = key_textures(subject, generator, fit, targets, options)
+    keys = list(_announced(painted, [f"key {name}" for name in targets.key_names], say))
     camera = face_camera(fit, head, neutral)
-    gaze, directions = [], with_own_gaze(targets.gaze, fit.gaze)
-    for texture in gaze_textures(subject, generator, camera, directions, options.resolution):
-        say("gaze")
-        gaze.append(texture.astype(np.float16))
+    directions = with_own_gaze(targets.gaze, fit.gaze)
+    painted = gaze_textures(subject, generator, camera, directions, options.resolution)
+    gaze = [x.astype(np.float16) for x in _announced(painted, ["gaze"] * len(directions), say)]
     poses = targets.mouths[: options.mouths]
+    painted = mouth_textures(subject, generator, camera, poses, options.resolution)
     mouths, lips = [], []
-    for texture, landmarks_of_pose in mouth_textures(
-        subject, generator, camera, poses, options.resolution
-    ):
-        say("mouth")
+    for texture, landmarks_of_pose in _announced(painted, ["mouth"] * len(poses), say):
         mouths.append(texture.astype(np.float16))
         lips.append(landmarks_of_pose)
     return Textures(

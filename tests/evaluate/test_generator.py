@@ -128,12 +128,12 @@ def test_painted_people_in_closed_form(tmp_path):
         gaze_angles=np.zeros(2, np.float32), yaw=0.0, pitch=0.0, subject=7, head="toy",
     )  # fmt: skip
     write_shard(tmp_path / "pairs-00000.safetensors", [pair, pair])
-    found = generator_painted.measure(tmp_path, network())
+    found = generator_painted.measure(tmp_path, {"network": network()})
     assert found["deformed"]["mse"] == pytest.approx(200, abs=5)  # JPEG
     assert found["deformed"]["psnr"] == pytest.approx(10 * np.log10(255**2 / 200), abs=0.1)
     assert (found["pairs"], found["subjects"]) == (2, 1)
     assert set(found["network"]) == {"mse", "ssim", "psnr"}
-    assert generator_painted.measure(tmp_path, network(), 1)["pairs"] == 1
+    assert generator_painted.measure(tmp_path, {"network": network()}, 1)["pairs"] == 1
 
 
 def test_time_is_measured_of_every_kind(monkeypatch):

@@ -1,0 +1,83 @@
+"""`bakery evaluate generator`, `painted` and `times`: the generators, measured."""
+
+import json
+from pathlib import Path
+
+import click
+
+from bakery.cli import options
+
+weights_option = click.option(
+    "--weights",
+    multiple=True,
+    metavar="NAME=PATH",
+    help="A network by another name beside the shipped one; may be repeated.",
+)
+
+
+def _line(record):
+    click.echo(json.dumps(record, default=float))
+
+
+def _networks(weights):
+    """{name: PaganGenerator}: the shipped one, "network", and those of --weights."""
+    from bakery.generators import pagan
+
+    found = {"network": pagan.load()}
+    for text in weights:
+        name, equals, path = text.partition("=")
+        if not (name and equals and path):
+            raise click.BadParameter(f"{text!r}: give NAME=PATH, such as longer=runs/longer.st")
+        found[name] = pagan.load(path)
+    return found
+
+
+@click.command(cls=options.Command)
+@click.argument("portraits", type=click.Path(path_type=Path))
+@options.head
+@weights_option
+@click.option("--pictures", type=click.Path(path_type=Path), help="Folder of side-by-side PNGs.")
+@click.option("--only", multiple=True, help="Name of a person; may be repeated.")
+@click.option("--take", type=click.Path(path_type=Path), help="Live Link Face CSV, for flicker.")
+def generator(portraits, head, weights, pictures, only, take):
+    """Smiles painted from neutral photos: network, rendered, and simple baselines."""
+    from bakery import steps
+    from bakery.evaluate import generator as measures
+    from bakery.generators.identity import load_features
+
+    networks, model = _networks(weights), steps.load_head(head)
+    painters = networks | {"rendered": steps.plug_in("generators", "rendered")}
+    results = []
+    for result in measures.everybody(portraits, model, painters, pictures, only):
+        scores = {way: vars(score) for way, score in result.scores.items()}
+        _line({"name": result.name, "teeth": result.teeth, **scores})
+        results.append(result)
+    if results:
+        _line(measures.summary(results))
+        _line({"identity": measures.identity(results, load_features())})
+    if take:
+        _line({"flicker": measures.flicker(portraits, model, take, networks["network"], only)})
+
+
+@click.command(cls=options.Command)
+@click.argument("pairs", type=click.Path(path_type=Path))
+@weights_option
+@click.option("--most", type=click.IntRange(1), help="Use this many pairs only.")
+def painted(pairs, weights, most):
+    """Expressions of painted people, as in table 1 of paGAN; PAIRS is of `bakery synth pairs`."""
+    from bakery.evaluate import generator_painted
+
+    _line(generator_painted.measure(pairs, _networks(weights), most))
+
+
+@click.command(cls=options.Command)
+@click.argument("photo", type=click.Path(path_type=Path))
+@options.head
+@options.generator
+def times(photo, head, generator):
+    """Seconds of each step of a bake of PHOTO, and of the network beside a plain U-Net."""
+    from bakery.evaluate import generator_speed
+    from bakery.generators import pagan
+
+    _line({"steps": generator_speed.stages(photo, head, generator)})
+    _line({"network": generator_speed.measure(pagan.load())})
