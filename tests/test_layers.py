@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "bakery"
 LAYERS = [
-    {"errors"}, {"check"}, {"types", "landmarks"}, {"geometry"}, {"formats"},
+    {"errors", "parallel"}, {"check"}, {"types", "landmarks"}, {"geometry"}, {"formats"},
     {"heads", "detectors", "generators", "preset"}, {"stages"}, {"synth"}, {"runtime", "drivers"},
     {"steps"}, {"sitter"}, {"pipeline", "frames", "movies", "checkup", "train"},
     {"portrayal"}, {"evaluate"}, {"cli"}, {"__main__"},

@@ -88,6 +88,21 @@ class Change:
     picture: torch.Tensor  # [B, 3, H, W] sRGB-encoded: all of it put together
 
 
+def parts_of(outputs):
+    """What the outputs of a network [B, 7 or 3, H, W] mean.
+
+    Returns:
+        ratio [B, 3, H, W], colour [B, 3, H, W] linear and alpha [B, 1, H, W], as in Change. A plain
+        picture is a colour whose alpha is 1.
+    """
+    outputs = outputs.float()
+    if outputs.shape[1] == 3:
+        color = to_linear(torch.sigmoid(outputs))
+        return torch.zeros_like(color), color, torch.ones_like(color[:, :1])
+    ratio = RATIO_REACH * torch.tanh(outputs[:, :3] / RATIO_REACH)
+    return ratio, to_linear(torch.sigmoid(outputs[:, 3:6])), torch.sigmoid(outputs[:, 6:])
+
+
 def interpret(outputs, deformed):
     """The outputs of a network as a change of the deformed neutral.
 
@@ -96,19 +111,12 @@ def interpret(outputs, deformed):
         deformed: [B, 3, H, W] sRGB-encoded 0..1.
 
     Returns:
-        Change. A plain picture is a colour whose alpha is 1.
+        Change.
     """
-    outputs = outputs.float()
-    base = to_linear(deformed)
+    ratio, color, alpha = parts_of(outputs)
     if outputs.shape[1] == 3:
-        color = to_linear(torch.sigmoid(outputs))
-        return Change(
-            torch.zeros_like(base), color, torch.ones_like(color[:, :1]), torch.sigmoid(outputs)
-        )
-    ratio = RATIO_REACH * torch.tanh(outputs[:, :3] / RATIO_REACH)
-    color = to_linear(torch.sigmoid(outputs[:, 3:6]))
-    alpha = torch.sigmoid(outputs[:, 6:])
-    made = base * torch.exp(ratio) * (1 - alpha) + color * alpha
+        return Change(ratio, color, alpha, torch.sigmoid(outputs.float()))
+    made = to_linear(deformed) * torch.exp(ratio) * (1 - alpha) + color * alpha
     return Change(ratio, color, alpha, to_encoded(made))
 
 

@@ -87,50 +87,6 @@ def spread_from(raw, ring, values, reach=6):
     return harmonic(quads, held, values)
 
 
-# The source parts or pushes the lips but leaves the corners nearly where they are; people draw them
-# in by a quarter (pucker) to a third: shape -> (share of the width taken, mm forward).
-# mouthRollUpper only comes forward, off the incisors.
-ROUNDED = {
-    "mouthPucker": (0.2, 1.0),
-    "mouthFunnel": (0.25, 1.5),
-    "mouthRollUpper": (0.0, 1.2),
-}
-
-
-def round_lips(raw):
-    """The head whose mouthPucker and mouthFunnel draw in the corners; the funnel's hole is round."""
-    ring = lip_ring(raw)
-    x, y = raw.mean[:, 0], raw.mean[:, 1]
-    half, middle = np.abs(x[ring]).max(), y[ring].mean()
-    arc = np.polyfit(x[ring] ** 2, raw.mean[ring, 2], 1)[0]  # 1/mm, negative: corners lie back
-    tall = np.where(y > middle, 0.5, 0.9) * half  # the nose keeps its width
-    radius = np.hypot(x / (1.25 * half), (y - middle) / tall)
-    fade = np.clip((1.9 - radius) / 1.1, 0, 1)
-    fade = fade * fade * (3 - 2 * fade)
-    fade[~np.isin(np.arange(len(x)), raw.quads[np.isin(raw.parts, ["skin", "mouth_cavity"])])] = 0
-    fade[raw.mean[:, 2] < raw.mean[ring, 2].min() - 15] = 0
-    expression = raw.expression.copy()
-    for name, (share, forward) in ROUNDED.items():
-        shape = expression[EXPRESSION_INDEX[name]]
-        across = x + shape[:, 0]
-        drawn = across * (1 - share * fade)
-        shape[:, 0] += drawn - across
-        shape[:, 2] += arc * (drawn**2 - across**2) * fade + forward * fade
-    funnel = expression[EXPRESSION_INDEX["mouthFunnel"]]
-    upper, lower = split_ring(ring, raw.mean, raw.expression[EXPRESSION_INDEX["jawOpen"]])
-    at = raw.mean + funnel
-    half = np.abs(at[ring, 0]).max()
-    gap = np.interp(at[upper, 0], at[upper, 0], at[upper, 1])
-    gap = gap - np.interp(at[upper, 0], at[lower, 0], at[lower, 1])
-    hole = gap.max() * np.sqrt(np.clip(1 - (at[upper, 0] / half) ** 2, 0, 1))
-    more = np.maximum(hole - gap, 0) / 2
-    move = np.zeros((len(x), 1))
-    move[upper, 0] = more
-    move[lower, 0] = -np.interp(at[lower, 0], at[upper, 0], more)
-    funnel[:, 1] += spread_from(raw, ring, move)[:, 0]
-    return replace(raw, expression=expression)
-
-
 def lip_ring(raw):
     """Control vertices between the skin and the mouth cavity, in order."""
     loops = boundary_loops(triangles_of(raw.quads[raw.parts == "skin"]))

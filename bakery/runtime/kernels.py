@@ -10,6 +10,7 @@ import numpy as np
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "nsz"})
 TILE = 16  # texels on a side of the squares that are blended or left alone
 LEAST = np.float32(1e-4)  # weights below change no byte
+ROUNDING = 1e-9  # columns: a pixel on the edge of two faces must not be missed by both
 
 
 @_jit
@@ -25,18 +26,24 @@ def deform(rest, basis, expression, out):
 
 
 @_jit
-def rasterize(pixels, inverse, faces, face_out, best):
+def rasterize(pixels, inverse, faces, samples, face_out, best):
     """Nearest face under each pixel centre; `geometry.raster` with backs left out.
 
     Args:
         pixels: [V, 2] float64; inverse: [V] 1/depth, 0 behind the camera.
         faces: [F, 3] int32.
-        face_out: [H, W] int32, written: -1 for none.
-        best: [H, W] float32, scratch.
+        samples: n, per pixel and axis of the picture.
+        face_out: [H n, W n] int32, written inside the box: -1 for none.
+        best: [H n, W n] float32, scratch.
+
+    Returns:
+        box: (top, bottom, left, right) of the picture, pixels; all faces lie inside.
     """
     height, width = best.shape
-    best[:] = 0
-    face_out[:] = -1
+    box = _reach(pixels, inverse, samples, height // samples, width // samples)
+    for row in range(box[0] * samples, box[1] * samples):
+        best[row, box[2] * samples : box[3] * samples] = 0
+        face_out[row, box[2] * samples : box[3] * samples] = -1
     for f in range(faces.shape[0]):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
         wa, wb, wc = inverse[a], inverse[b], inverse[c]
@@ -56,35 +63,58 @@ def rasterize(pixels, inverse, faces, face_out, best):
             continue
         scale = 1.0 / area
         la_x, lb_x = (by - cy) * scale, (cy - ay) * scale
+        w_x = la_x * (wa - wc) + lb_x * (wb - wc)
+        steps = (la_x, lb_x, -la_x - lb_x)
+        turns = (1 / la_x, 1 / lb_x, 1 / steps[2])  # infinite for an edge along the row
         x = left + 0.5
         for row in range(top, bottom + 1):
             y = row + 0.5
             la = ((bx - x) * (cy - y) - (cx - x) * (by - y)) * scale
             lb = ((cx - x) * (ay - y) - (ax - x) * (cy - y)) * scale
-            for column in range(left, right + 1):
-                lc = 1.0 - la - lb
-                if la >= 0 and lb >= 0 and lc >= 0:
-                    w = np.float32(la * wa + lb * wb + lc * wc)
-                    if w > best[row, column]:
-                        best[row, column] = w
-                        face_out[row, column] = f
-                la += la_x
-                lb += lb_x
+            first, last = 0.0, float(right - left)  # columns from `left` that lie in the face
+            for at, step, turn in zip((la, lb, 1.0 - la - lb), steps, turns):
+                if step > 0:
+                    first = max(first, np.ceil(-at * turn - ROUNDING))
+                elif step < 0:
+                    last = min(last, np.floor(-at * turn + ROUNDING))
+                elif at < 0:
+                    last = -1.0
+            w = wc + la * (wa - wc) + lb * (wb - wc)
+            for column in range(int(first), int(last) + 1):
+                near = np.float32(w + column * w_x)
+                if near > best[row, left + column]:
+                    best[row, left + column] = near
+                    face_out[row, left + column] = f
+    return box
 
 
 @_jit
-def needed_tiles(face, tile_start, tile_list, seen, needed):
+def _reach(pixels, inverse, samples, height, width):
+    """The rows and columns of a picture that the points in front of the camera span."""
+    top, bottom, left, right = np.inf, -np.inf, np.inf, -np.inf
+    for v in range(len(pixels)):
+        if inverse[v] > 0:
+            left, right = min(left, pixels[v, 0]), max(right, pixels[v, 0])
+            top, bottom = min(top, pixels[v, 1]), max(bottom, pixels[v, 1])
+    return (
+        int(min(max(top // samples, 0), height)), int(min(max(bottom // samples + 1, 0), height)),
+        int(min(max(left // samples, 0), width)), int(min(max(right // samples + 1, 0), width)),
+    )  # fmt: skip
+
+
+@_jit
+def needed_tiles(face, box, samples, tile_start, tile_list, seen, needed):
     """Mark the tiles that faces in sight touch.
 
     Args:
-        face: [H, W] int32, as from `rasterize`.
+        face, box: as from `rasterize`.
         tile_start: [F + 1], tile_list: [...]: the tiles of face f are tile_list[start[f]:start[f+1]].
         seen: [F] bool, scratch; needed: [tiles] bool, written.
     """
     seen[:] = False
     needed[:] = False
-    for row in range(face.shape[0]):
-        for column in range(face.shape[1]):
+    for row in range(box[0] * samples, box[1] * samples):
+        for column in range(box[2] * samples, box[3] * samples):
             f = face[row, column]
             if f >= 0:
                 seen[f] = True
@@ -95,7 +125,7 @@ def needed_tiles(face, tile_start, tile_list, seen, needed):
 
 
 @_jit
-def blend_tiles(needed, textures, masks, start, which, place, share, product, out):
+def blend_tiles(needed, textures, unit, masks, start, which, place, share, product, plain, out):
     """Equation 4 on the tiles in sight; see `blend.face_texture`.
 
     All that a tile needs lies together: without that, fetching masks and textures took twice as long
@@ -103,62 +133,74 @@ def blend_tiles(needed, textures, masks, start, which, place, share, product, ou
 
     Args:
         needed: [tiles] bool.
-        textures: [tiles, 1 + K, TILE, 3 TILE] float32, the neutral one first.
-        masks: [n, r, r] float32: the masks around each tile, those alone that are felt there.
+        textures: [tiles, 1 + K, TILE, 4 TILE] uint16, the neutral one first; times unit: red, green,
+            blue and what else is interpolated.
+        masks: [n, r r] float32: the masks around each tile, those alone that are felt there.
         start: [tiles + 1]: masks start[t]:start[t + 1] belong to tile t.
         which: [n] into E: whose mask it is.
         place: [T] int32, share: [T] float32: along either axis, texel x lies between the mask texels
             place[x] and place[x] + 1 of its tile's masks, at this share.
         product: [K, E] float32: a_e^k a_e^t.
-        out: [T, T, 3] float32, written where needed.
+        plain: [tiles] bool: whether out holds the neutral texture there; kept from frame to frame.
+        out: [T, 4 T] float32, written where needed.
     """
-    keys, size, reach = product.shape[0], out.shape[0], masks.shape[1]
-    flat = out.reshape(size, 3 * size)
+    keys, size, area = product.shape[0], out.shape[0], masks.shape[1]
+    reach = int(np.sqrt(area) + 0.5)
     across = (size + TILE - 1) // TILE
-    weight = np.empty((1 + keys, reach, reach), np.float32)
-    used = np.empty(1 + keys, np.bool_)
-    fine, line = np.empty(3 * TILE, np.float32), np.empty(reach, np.float32)
+    weight, total = np.empty((1 + keys, area), np.float32), np.empty(area, np.float32)
+    wide = np.empty((reach, 4 * TILE), np.float32)
     for tile in range(len(needed)):
         if not needed[tile]:
             continue
         top, left = tile // across * TILE, tile % across * TILE
         rows, columns = min(TILE, size - top), min(TILE, size - left)
         weight[:] = 0
+        moved = False
         for n in range(start[tile], start[tile + 1]):
             for k in range(keys):
                 factor = product[k, which[n]]
                 if factor > LEAST:
-                    for i in range(reach):
-                        for j in range(reach):
-                            weight[1 + k, i, j] += factor * masks[n, i, j]
-        for i in range(reach):
-            for j in range(reach):
-                total = np.float32(0)
-                for k in range(1, 1 + keys):
-                    total += weight[k, i, j]
-                neutral = max(np.float32(0), 1 - total)
-                scale = 1 / max(neutral + total, np.float32(1e-6))
-                weight[0, i, j] = neutral * scale
-                for k in range(1, 1 + keys):
-                    weight[k, i, j] *= scale
+                    moved = True
+                    for m in range(area):
+                        weight[1 + k, m] += factor * masks[n, m]
+        if not moved:
+            if not plain[tile]:
+                for row in range(rows):
+                    target = out[top + row, 4 * left : 4 * (left + columns)]
+                    source = textures[tile, 0, row]
+                    for n in range(4 * columns):
+                        target[n] = unit * source[n]
+            plain[tile] = True
+            continue
+        plain[tile] = False
+        out[top : top + rows, 4 * left : 4 * (left + columns)] = 0
+        total[:] = 0
+        for k in range(1, 1 + keys):
+            for m in range(area):
+                total[m] += weight[k, m]
+        for m in range(area):
+            weight[0, m] = max(np.float32(0), 1 - total[m])
+            total[m] = unit / max(weight[0, m] + total[m], np.float32(1e-6))
         for k in range(1 + keys):
-            used[k] = weight[k].max() > LEAST
-        for row in range(rows):
-            i, down = place[top + row], share[top + row]
-            target = flat[top + row, 3 * left : 3 * (left + columns)]
-            target[:] = 0
-            for k in range(1 + keys):
-                if not used[k]:
-                    continue
-                for j in range(reach):
-                    line[j] = weight[k, i, j] + (weight[k, i + 1, j] - weight[k, i, j]) * down
+            most = np.float32(0)
+            for m in range(area):
+                weight[k, m] *= total[m]
+                most = max(most, weight[k, m])
+            if most <= LEAST * unit:
+                continue
+            for i in range(reach):
                 for column in range(columns):
-                    j = place[left + column]
-                    w = line[j] + (line[j + 1] - line[j]) * share[left + column]
-                    fine[3 * column] = fine[3 * column + 1] = fine[3 * column + 2] = w
+                    j = i * reach + place[left + column]
+                    w = weight[k, j] + (weight[k, j + 1] - weight[k, j]) * share[left + column]
+                    for c in range(4):
+                        wide[i, 4 * column + c] = w
+            for row in range(rows):
+                i, down = place[top + row], share[top + row]
+                target = out[top + row, 4 * left : 4 * (left + columns)]
                 source = textures[tile, k, row]
-                for n in range(3 * columns):
-                    target[n] += fine[n] * source[n]
+                for n in range(4 * columns):
+                    w = wide[i, n] + (wide[i + 1, n] - wide[i, n]) * down
+                    target[n] += w * source[n]
 
 
 @_jit
@@ -212,13 +254,13 @@ def _corners(place, size):
 
 
 @_jit
-def mark_texels(face, kind, which, planes, marks):
-    """Mark the texels [h, w] of one carrier that are in sight; returns how many pixels see it."""
+def mark_texels(face, box, samples, kind, which, planes, marks):
+    """Mark the texels [h, w] of one carrier that are in sight; returns how many samples see it."""
     marks[:] = False
     height, width = marks.shape
     count = 0
-    for row in range(face.shape[0]):
-        for column in range(face.shape[1]):
+    for row in range(box[0] * samples, box[1] * samples):
+        for column in range(box[2] * samples, box[3] * samples):
             f = face[row, column]
             if f >= 0 and kind[f] == which:
                 u, v = _place(row, column, f, planes)
@@ -239,7 +281,7 @@ def median_texels(marks, pictures, order, weights, values, out):
         pictures: [h, w, 3, M] uint16 that sort as the colours they stand for (`player.sortable`).
         order: [n] int64 into M; weights: [n] float32.
         values: [65536] float32: colour of each number.
-        out: [h, w, 3] float32, written where marked.
+        out: [h, w, 4] float32, the first three written where marked.
     """
     count = len(order)
     number, mass = np.empty(count, np.uint16), np.empty(count, np.float32)
@@ -278,84 +320,71 @@ def median_texels(marks, pictures, order, weights, values, out):
 
 
 @_jit
-def shade(face, kind, planes, skin, mouth, eyes, slide, known, samples, out, share):
+def shade(face, box, samples, kind, planes, texels, places, slides, out, alpha):
     """Colour the picture from what each of its samples sees, and average them.
 
     Args:
-        face: [H n, W n] int32, n = samples.
+        face: [H n, W n] int32, n = samples; box: as from `rasterize`.
         kind: [F] uint8: 0 skin, 1 mouth sheet, 2 left and 3 right eye cap.
         planes: [F, 9], as from `texture_planes`.
-        skin: [T, T, 3]; mouth: [h, w, 3]; eyes: [2, h, w, 3]; float32 linear.
-        slide: [2] texels that the eyes' pictures move right and down (`blend.gaze_slide`).
-        known: [T, T] float32, or [1, 1] to leave share[..., 1] alone.
-        out: [H, W, 3] float32, written: linear, premultiplied by alpha.
-        share: [H, W, 2] float32, written: alpha and `Frame.face`.
+        texels: [..., 4] float32: all textures, one behind the other; a fourth channel is 16 bytes a
+            texel, which are read at once.
+        places: [4, 3] int64: where the texture of each kind begins, its width and height.
+        slides: [4, 2] texels that each texture moves right and down (`blend.gaze_slide`).
+        out: [H, W, 4] float32, written: linear, premultiplied by alpha.
+        alpha: [H, W] float32, written.
     """
-    height, width = out.shape[0], out.shape[1]
+    out[:] = 0
+    alpha[:] = 0
     weigh = np.float32(1 / (samples * samples))
-    for row in range(height):
-        for column in range(width):
-            red = green = blue = alpha = sure = np.float32(0)
-            for i in range(samples):
-                for j in range(samples):
-                    y, x = row * samples + i, column * samples + j
-                    f = face[y, x]
-                    if f < 0:
-                        continue
-                    u, v = _place(y, x, f, planes)
-                    which = kind[f]
-                    if which == 0:
-                        picture = skin
-                    elif which == 1:
-                        picture = mouth
-                    else:
-                        picture = eyes[which - 2]
-                        u -= slide[0]
-                        v -= slide[1]
-                    left, right, s = _corners(u, picture.shape[1])
-                    top, bottom, t = _corners(v, picture.shape[0])
-                    a, b = (1 - s) * (1 - t), s * (1 - t)
-                    c, d = (1 - s) * t, s * t
-                    red += (
-                        a * picture[top, left, 0] + b * picture[top, right, 0]
-                        + c * picture[bottom, left, 0] + d * picture[bottom, right, 0]
-                    )  # fmt: skip
-                    green += (
-                        a * picture[top, left, 1] + b * picture[top, right, 1]
-                        + c * picture[bottom, left, 1] + d * picture[bottom, right, 1]
-                    )  # fmt: skip
-                    blue += (
-                        a * picture[top, left, 2] + b * picture[top, right, 2]
-                        + c * picture[bottom, left, 2] + d * picture[bottom, right, 2]
-                    )  # fmt: skip
-                    alpha += 1
-                    if which > 0:
-                        sure += 1
-                    elif known.shape[0] > 1:
-                        sure += (
-                            a * known[top, left] + b * known[top, right]
-                            + c * known[bottom, left] + d * known[bottom, right]
-                        )  # fmt: skip
-            out[row, column, 0] = red * weigh
-            out[row, column, 1] = green * weigh
-            out[row, column, 2] = blue * weigh
-            share[row, column, 0] = alpha * weigh
-            share[row, column, 1] = sure * weigh
+    first, last = box[2] * samples, box[3] * samples
+    corner = np.empty((4, last - first), np.int64)
+    share = np.empty((2, last - first), np.float32)
+    for y in range(box[0] * samples, box[1] * samples):
+        row = y // samples
+        for x in range(first, last):
+            f = face[y, x]
+            if f < 0:
+                continue
+            u, v = _place(y, x, f, planes)
+            which = kind[f]
+            start, width, height = places[which, 0], places[which, 1], places[which, 2]
+            left, right, s = _corners(u - slides[which, 0], width)
+            top, bottom, t = _corners(v - slides[which, 1], height)
+            at = x - first
+            share[0, at], share[1, at] = s, t
+            corner[0, at], corner[1, at] = start + top * width + left, start + top * width + right
+            corner[2, at] = start + bottom * width + left
+            corner[3, at] = start + bottom * width + right
+        for x in range(first, last):
+            if face[y, x] < 0:
+                continue
+            at, column = x - first, x // samples
+            s, t = share[0, at], share[1, at] * weigh
+            rest = weigh - t
+            b, d = s * rest, s * t
+            a, c = rest - b, t - d
+            i, j, k, m = corner[0, at], corner[1, at], corner[2, at], corner[3, at]
+            for n in range(4):
+                out[row, column, n] += (
+                    a * texels[i, n] + b * texels[j, n] + c * texels[k, n] + d * texels[m, n]
+                )
+            alpha[row, column] += weigh
 
 
 @_jit
-def encode_over(color, share, gray, table, out):
+def encode_over(color, alpha, gray, table, out):
     """Linear colour over plain grey as sRGB bytes.
 
     Args:
-        color: [H, W, 3] float32 premultiplied; share: [H, W, 2]; gray: linear.
+        color: [H, W, 4] float32 premultiplied; alpha: [H, W]; gray: linear.
         table: [n] uint8: sRGB byte of k / (n - 1) linear.
         out: [H, W, 3] uint8, written.
     """
     last = np.float32(len(table) - 1)
     for row in range(color.shape[0]):
         for column in range(color.shape[1]):
-            rest = gray * (1 - share[row, column, 0])
+            rest = gray * (1 - alpha[row, column])
             for c in range(3):
                 value = min(max(color[row, column, c] + rest, np.float32(0)), np.float32(1))
                 out[row, column, c] = table[int(value * last + np.float32(0.5))]

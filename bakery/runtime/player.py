@@ -1,7 +1,7 @@
 """The fast player: the frames of `render.draw`, many a second. The tests hold the two together.
 
 What makes it fast: only the vertices that are shown move; only texels in sight are blended, in
-squares; textures are float32 once and carry the hair already (equation 4 is a mean, so hair over
+squares that lie together; the textures carry the hair already (equation 4 is a mean, so hair over
 the mean is the mean of hair over each); a median looks at visible texels only.
 """
 
@@ -27,6 +27,7 @@ FAINT = 5e-4  # mask below which an expression is not felt in a square of texels
 TAIL = 1e-5
 LARGEST = 2048  # texels on a side that are played; more would take 1.4 GB and show no difference
 LEVELS = 1 << 16  # steps of the table from linear to sRGB bytes
+STEPS = (1 << 16) - 1  # of a texture's colour: the darkest step is 0.05 of an sRGB byte
 
 
 @dataclass
@@ -35,14 +36,14 @@ class Workspace:
 
     face: np.ndarray  # [H n, W n] int32
     best: np.ndarray  # [H n, W n] float32
-    skin: np.ndarray  # [T, T, 3] float32
-    mouth: np.ndarray  # [h, w, 3] float32
+    texels: np.ndarray  # [..., 4] float32: skin, mouth, both eyes
+    plain: np.ndarray  # [tiles] bool: squares of the skin that hold the neutral texture
     seen: np.ndarray  # [F] bool
     needed: np.ndarray  # [tiles] bool
     planes: np.ndarray  # [F, 9] float64
     marks: np.ndarray  # [h, w] bool
-    color: np.ndarray  # [H, W, 3] float32
-    share: np.ndarray  # [H, W, 2] float32
+    color: np.ndarray  # [H, W, 4] float32: premultiplied colour, `Frame.face`
+    alpha: np.ndarray  # [H, W] float32
 
 
 class Player:
@@ -64,11 +65,15 @@ class Player:
         ]
         self._prepare_lips(head, avatar.neutral)
         self.size = min(textures.neutral.shape[0], LARGEST)  # T
-        self.squares = _squares(textures, hair, self.size)  # [tiles, 1 + K, TILE, 3 TILE]
+        self.squares, self.unit = _squares(textures, hair, self.size)
         self.felt = _felt(np.asarray(avatar.masks, np.float32), self.size)
-        self.known = np.zeros((1, 1), np.float32)
         self.mouths = np.ascontiguousarray(sortable(textures.mouths).transpose(1, 2, 3, 0))
-        self.eyes = np.stack(np.split(np.asarray(textures.gaze, np.float32), 2, axis=2), 1)
+        eyes = np.stack(np.split(np.asarray(textures.gaze, np.float32), 2, axis=2), 1)
+        self.eyes = np.concatenate([eyes, np.ones_like(eyes[..., :1])], -1)  # [20, 2, h, w, 4]
+        sides = [(self.size, self.size), self.mouths.shape[:2], *[self.eyes.shape[2:4]] * 2]
+        starts = np.cumsum([0, *(height * width for height, width in sides)])
+        self.texels = starts[-1]
+        self.places = np.array([(n, w, h) for n, (h, w) in zip(starts, sides)])
         self._prepare_faces(head, shown)
         self.bytes = np.floor(
             to_encoded(np.arange(LEVELS, dtype=np.float32) / (LEVELS - 1)) * 255 + 0.5
@@ -116,15 +121,12 @@ class Player:
     def workspace(self, width, height):
         """New buffers for pictures of this size."""
         fine = (height * SAMPLES, width * SAMPLES)
-        size = self.size
-        sheet = self.mouths.shape[:2]
         return Workspace(
             np.empty(fine, np.int32), np.empty(fine, np.float32),
-            np.empty((size, size, 3), np.float32), np.zeros((*sheet, 3), np.float32),
+            np.ones((self.texels, 4), np.float32), np.zeros(len(self.squares), bool),
             np.empty(len(self.faces), bool), np.empty(len(self.squares), bool),
-            np.empty((len(self.faces), 9)),
-            np.empty(sheet, bool), np.empty((height, width, 3), np.float32),
-            np.zeros((height, width, 2), np.float32),
+            np.empty((len(self.faces), 9)), np.empty(self.mouths.shape[:2], bool),
+            np.empty((height, width, 4), np.float32), np.empty((height, width), np.float32),
         )  # fmt: skip
 
     def vertices(self, expression, gaze):
@@ -147,46 +149,48 @@ class Player:
         pixels = cameras.project_camera(points, fine)
         depth = -points[:, 2]
         inverse = np.where(depth > 1e-6, 1 / np.where(depth > 1e-6, depth, 1), 0)
-        kernels.rasterize(pixels, inverse, self.faces, work.face, work.best)
-        kernels.needed_tiles(work.face, self.tile_start, self.tile_list, work.seen, work.needed)
+        box = kernels.rasterize(pixels, inverse, self.faces, SAMPLES, work.face, work.best)
+        kernels.needed_tiles(
+            work.face, box, SAMPLES, self.tile_start, self.tile_list, work.seen, work.needed
+        )
+        skin, mouth, *caps = np.split(work.texels, self.places[1:, 0])
         product = textures.key_weights * (expression if dynamic else 0 * expression)
         kernels.blend_tiles(
-            work.needed, self.squares, *self.felt, product.astype(np.float32), work.skin
+            work.needed, self.squares, self.unit, *self.felt, product.astype(np.float32),
+            work.plain, skin.reshape(self.size, -1),
         )  # fmt: skip
         kernels.texture_planes(work.seen, pixels, inverse, self.faces, self.corners, work.planes)
-        if kernels.mark_texels(work.face, self.kind, 1, work.planes, work.marks):
-            self._mouth(work, expression)
+        if kernels.mark_texels(work.face, box, SAMPLES, self.kind, 1, work.planes, work.marks):
+            self._mouth(work.marks, expression, mouth.reshape(*work.marks.shape, 4))
         nearest = nearest_gaze(textures.gaze_directions, gaze)
-        eyes = self.eyes[nearest]
-        slide = gaze_slide(gaze - textures.gaze_directions[nearest]) * eyes.shape[2:0:-1]
+        for cap, eye in zip(caps, self.eyes[nearest]):
+            cap[:] = eye.reshape(-1, 4)
+        slides = np.zeros((4, 2))
+        slides[2:] = gaze_slide(gaze - textures.gaze_directions[nearest]) * self.places[2:, 1:]
         kernels.shade(
-            work.face, self.kind, work.planes, work.skin, work.mouth, eyes, slide, self.known,
-            SAMPLES, work.color, work.share,
+            work.face, box, SAMPLES, self.kind, work.planes, work.texels, self.places, slides,
+            work.color, work.alpha,
         )  # fmt: skip
 
-    def _mouth(self, work, expression):
+    def _mouth(self, seen, expression, out):
         lips = self.lips_rest + np.tensordot(expression, self.lips_basis, 1)
         order, weights = neighbours(self.avatar.textures.mouth_landmarks, lips.astype(np.float32))
         enough = 1 + int(np.searchsorted(np.cumsum(weights), 1 - TAIL))
         kernels.median_texels(
-            work.marks, self.mouths, order[:enough], weights[:enough].astype(np.float32),
-            COLORS, work.mouth,
+            seen, self.mouths, order[:enough], weights[:enough].astype(np.float32), COLORS, out
         )  # fmt: skip
 
     def frame(self, work, camera, expression, gaze, dynamic=True):
         """A `render.Frame`, with what the photo knows."""
-        if self.known.shape == (1, 1):
-            known = paintable(self.avatar.textures)
-            self.known = _shrunk(known, self.size)
         self.draw_into(work, camera, expression, gaze, dynamic)
-        alpha, known = np.moveaxis(work.share.copy(), 2, 0)
-        return Frame(work.color.copy(), alpha, known)
+        color = work.color.copy()
+        return Frame(color[..., :3], work.alpha.copy(), color[..., 3])
 
     def picture(self, work, camera, expression, gaze, dynamic=True):
         """The frame over plain grey: [H, W, 3] uint8 sRGB."""
         self.draw_into(work, camera, expression, gaze, dynamic)
-        out = np.empty(work.color.shape, np.uint8)
-        kernels.encode_over(work.color, work.share, np.float32(GRAY), self.bytes, out)
+        out = np.empty((*work.alpha.shape, 3), np.uint8)
+        kernels.encode_over(work.color, work.alpha, np.float32(GRAY), self.bytes, out)
         return out
 
 
@@ -213,18 +217,26 @@ def _shrunk(picture, size):
 
 
 def _squares(textures, hair, size):
-    """T_0 and the keys, hair on them, cut into tiles: [tiles, 1 + K, TILE, 3 TILE] float32."""
+    """T_0 and the keys, hair on them, with what the photo knows, cut into tiles.
+
+    Returns:
+        [tiles, 1 + K, TILE, 4 TILE] uint16, and what one step is worth.
+    """
     side = kernels.TILE
     across = -(-size // side)
-    out = np.zeros((across * across, 1 + len(textures.keys), side, 3 * side), np.float32)
-    for number, texture in enumerate([textures.neutral, *textures.keys]):
-        texture = np.asarray(texture, np.float32)
-        texture = _shrunk(lay_hair(texture, textures.hair) if hair else texture, size)
-        whole = np.zeros((across * side, across * side, 3), np.float32)
-        whole[:size, :size] = texture
-        cut = whole.reshape(across, side, across, 3 * side).transpose(0, 2, 1, 3)
-        out[:, number] = cut.reshape(-1, side, 3 * side)
-    return out
+    layers = [np.asarray(texture, np.float32) for texture in (textures.neutral, *textures.keys)]
+    if hair:
+        layers = [lay_hair(layer, textures.hair) for layer in layers]
+    unit = max(1.0, *(float(layer.max()) for layer in layers)) / STEPS
+    known = _shrunk(paintable(textures), size)
+    out = np.zeros((across * across, len(layers), side, 4 * side), np.uint16)
+    for number, layer in enumerate(layers):
+        whole = np.zeros((across * side, across * side, 4), np.uint16)
+        filled = np.dstack([_shrunk(layer, size), known])
+        whole[:size, :size] = np.clip(filled, 0, None) / unit + 0.5
+        cut = whole.reshape(across, side, across, 4 * side).transpose(0, 2, 1, 3)
+        out[:, number] = cut.reshape(-1, side, 4 * side)
+    return out, np.float32(unit)
 
 
 def _felt(masks, size):
@@ -247,6 +259,6 @@ def _felt(masks, size):
             count.append(len(kept))
     start = np.cumsum([0, *count]).astype(np.int64)
     return (
-        np.concatenate(found), start, np.concatenate(which).astype(np.int32),
+        np.concatenate(found).reshape(start[-1], -1), start, np.concatenate(which).astype(np.int32),
         place.astype(np.int32), (middle - low).astype(np.float32),
     )  # fmt: skip

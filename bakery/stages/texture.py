@@ -14,6 +14,7 @@ from bakery.geometry.color import to_linear
 from bakery.geometry.fill import diffuse
 from bakery.geometry.sample import bilinear
 from bakery.landmarks import FACE
+from bakery.parallel import side_by_side
 from bakery.stages.atlas import make_atlas, make_view, see
 from bakery.stages.condition import condition, face_camera
 from bakery.stages.face_frame import head_photo
@@ -187,10 +188,11 @@ def sample_many(image, points):
 
 
 def key_textures(subject, generator, fit, targets, options):
-    """Yield T_k [T, T, 3] float16 of each key expression."""
+    """Iterate over T_k [T, T, 3] float16 of the key expressions."""
     atlas = make_atlas(subject.head, min(options.resolution, RATIO_TEXELS)).take("skin")
     size = (options.resolution, options.resolution)
-    for weights in targets.key_weights:
+
+    def paint(weights):
         ratio, color, alpha = key_ratio(subject, generator, fit, weights, options.views, atlas)
         if options.resolution != atlas.size:
             ratio, color, alpha = (
@@ -198,7 +200,9 @@ def key_textures(subject, generator, fit, targets, options):
                 for layer in (ratio, color, alpha)
             )
         alpha = alpha[..., None]
-        yield (subject.texture * np.exp(ratio) * (1 - alpha) + color * alpha).astype(np.float16)
+        return (subject.texture * np.exp(ratio) * (1 - alpha) + color * alpha).astype(np.float16)
+
+    return side_by_side(paint, targets.key_weights)
 
 
 def with_own_gaze(directions, gaze):

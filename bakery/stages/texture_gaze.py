@@ -8,6 +8,7 @@ from bakery.geometry import camera as cameras
 from bakery.geometry.fill import diffuse
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import look
+from bakery.parallel import side_by_side
 from bakery.stages.carriers import eye_caps
 from bakery.stages.condition import condition
 from bakery.types import EXPRESSIONS
@@ -59,8 +60,9 @@ def gaze_texture(subject, generator, camera, caps, gaze):
 
 
 def gaze_textures(subject, generator, camera, directions, size):
-    """Yield the texture of each direction; arguments as in `gaze_texture`, size of the atlas."""
+    """Iterate over the textures of directions; arguments as in `gaze_texture`, size of the atlas."""
     caps = eye_caps(subject.head, size)
     strip = strip_camera(subject, camera)
-    for gaze in directions:
-        yield gaze_texture(subject, generator, strip, caps, gaze)
+    return side_by_side(
+        lambda gaze: gaze_texture(subject, generator, strip, caps, gaze), directions
+    )

@@ -11,6 +11,7 @@ from bakery.geometry import camera as cameras
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import weights
+from bakery.parallel import side_by_side
 from bakery.stages.carriers import make_carrier
 from bakery.stages.condition import condition
 from bakery.types import EXPRESSIONS
@@ -91,21 +92,20 @@ def mouth_texture(subject, generator, camera, sheet, expression):
 
 
 def mouth_textures(subject, generator, camera, poses, size):
-    """Yield the texture and the lip landmarks of each pose [M, E].
+    """Iterate over texture and lip landmarks of the poses [M, E].
 
     A closed mouth shows its dark lining.
     """
     small = cut(subject)
     sheet = make_carrier(small.head, "mouth_sheet", size)
     crop = crop_camera(subject, camera)
-    closed = None
-    for expression in poses:
+    closed = np.full(sheet.shape + (3,), _lining(subject), np.float32)
+
+    def paint(expression):
         picture, landmarks = mouth_texture(small, generator, crop, sheet, expression)
-        if picture is None:
-            if closed is None:
-                closed = np.full(sheet.shape + (3,), _lining(subject), np.float32)
-            picture = closed
-        yield picture, landmarks
+        return (closed if picture is None else picture), landmarks
+
+    return side_by_side(paint, poses)
 
 
 def _lining(subject):

@@ -114,7 +114,7 @@ def draw_frames(avatar, modes, rng, count, options):
         if size not in spaces:
             spaces[size] = player.workspace(size, size)
         picture = player.picture(spaces[size], camera, expression, gaze)
-        alpha = spaces[size].share[..., :1]
+        alpha = spaces[size].alpha[..., None]
         behind = rng.uniform(0, 255, 3) + rng.normal(0, 20, (4, 4, 3))
         behind = cv2.resize(np.clip(behind, 0, 255).astype(np.uint8), (size, size))
         picture = (picture * alpha + behind * (1 - alpha)).astype(np.uint8)

@@ -1,0 +1,28 @@
+"""Work on all cores, in order. Threads are enough: numba, OpenCV and torch let go of the interpreter."""
+
+import os
+from collections import deque
+from concurrent.futures import ThreadPoolExecutor
+
+MOST = 8  # threads; each holds the buffers of its own picture
+
+
+def side_by_side(work, items):
+    """Yield work(item) of each item, in order, while the next ones are in work.
+
+    What is ahead is bounded, so that results do not pile up; an error of `work` comes out where its
+    result would have.
+    """
+    threads = min(os.cpu_count() or 1, MOST)
+    waiting = deque()
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            for item in items:
+                waiting.append(pool.submit(work, item))
+                if len(waiting) > 2 * threads:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        finally:
+            for task in waiting:
+                task.cancel()

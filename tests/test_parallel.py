@@ -1,0 +1,46 @@
+"""Side by side, yet in order."""
+
+import threading
+import time
+
+import pytest
+
+from bakery.parallel import side_by_side
+
+
+def test_order_is_kept():
+    def slow_if_even(k):
+        time.sleep(0.01 * (k % 2 == 0))
+        return k * k
+
+    assert list(side_by_side(slow_if_even, range(20))) == [k * k for k in range(20)]
+
+
+def test_an_error_comes_where_its_result_would_have():
+    def fails_at_three(k):
+        if k == 3:
+            raise ValueError("three")
+        return k
+
+    found = []
+    with pytest.raises(ValueError, match="three"):
+        found.extend(side_by_side(fails_at_three, range(100)))
+    made = side_by_side(fails_at_three, range(100))
+    assert [next(made) for _ in range(3)] == [0, 1, 2]
+
+
+def test_what_is_ahead_is_bounded(monkeypatch):
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    started, lock = [], threading.Lock()
+
+    def note(k):
+        with lock:
+            started.append(k)
+        return k
+
+    made = side_by_side(note, range(100))
+    assert next(made) == 0
+    time.sleep(0.05)
+    assert len(started) <= 6
+    made.close()
+    assert len(started) <= 6
