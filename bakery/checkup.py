@@ -93,7 +93,7 @@ def _detector():
 def _generator():
     from bakery.steps import plug_in
 
-    return plug_in("generators", "rendered").name
+    return plug_in("generators", "pagan").name
 
 
 def _rasteriser():

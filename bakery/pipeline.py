@@ -38,7 +38,7 @@ class Request:
     output: Path
     options: BuildOptions = BuildOptions()
     head: str = "makehuman"
-    generator: str = "rendered"
+    generator: str = "pagan"
     detector: str = "network"
     landmarks: Path | None = None
     face: int | None = None

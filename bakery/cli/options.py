@@ -34,7 +34,7 @@ settings = click.option(
     "--set", "settings", multiple=True, metavar="TABLE.KEY=VALUE", help="Change a preset."
 )
 generator = click.option(
-    "--generator", default="rendered", show_default=True, help="What paints expressions."
+    "--generator", default="pagan", show_default=True, help="What paints expressions."
 )
 frame = click.option(
     "--frame",

@@ -19,15 +19,15 @@ ROWS = 14
 # in by 40% (pucker) and 30% (funnel): shape -> (share of the width taken, mm forward at the corners
 # and beyond that in the middle). mouthRollUpper only comes forward, off the incisors.
 ROUNDED = {
-    "mouthPucker": (0.3, 0.5, 1.5),
-    "mouthFunnel": (0.2, 1.5, 0.0),
+    "mouthPucker": (0.28, 0.5, 1.5),
+    "mouthFunnel": (0.23, 1.5, 0.0),
     "mouthRollUpper": (0.0, 1.2, 0.0),
 }
 # Narrower lips are fuller, for flesh has to go somewhere: shape -> mm that the border of the upper
 # and of the lower lip moves away from the contour between them.
-FULLER = {"mouthPucker": (1.2, 1.8), "mouthFunnel": (1.5, 3.0)}
+FULLER = {"mouthPucker": (1.1, 1.0), "mouthFunnel": (1.5, 2.2)}
 FUNNEL = 0.75  # of the height that the source opens it
-SHRUG = (2.6, 0.8)  # mm that mouthShrugUpper brings the upper lip outward; share of its lift kept
+SHRUG = (2.6, 0.5)  # mm that mouthShrugUpper brings the upper lip outward; share of its lift kept
 
 
 def round_lips(raw):
@@ -52,10 +52,12 @@ def round_lips(raw):
     funnel = expression[EXPRESSION_INDEX["mouthFunnel"]]
     funnel[:, 1] *= 1 - (1 - FUNNEL) * fade
     _round_hole(raw, ring, funnel)
-    row, above = rows(raw, ring)
+    row, lip = rows(raw, ring)
     for name, (up, down) in FULLER.items():
         share = smoothstep(2, BORDER, row) * (1 - smoothstep(BORDER, ROWS, row)) * np.sqrt(dome)
-        expression[EXPRESSION_INDEX[name], :, 1] += np.where(above, up, -down) * share
+        expression[EXPRESSION_INDEX[name], :, 1] += (
+            np.select([lip > 0, lip < 0], [up, -down]) * share
+        )
     return replace(raw, expression=expression)
 
 
@@ -77,11 +79,11 @@ def _round_hole(raw, ring, funnel):
 def shrug_upper(raw):
     """The head whose mouthShrugUpper brings the upper lip outward, its red more than its border."""
     ring = lip_ring(raw)
-    row, above = rows(raw, ring)
+    row, lip = rows(raw, ring)
     out, kept = SHRUG
     x = raw.mean[:, 0]
     across = 1 - smoothstep(0.55, 1.15, np.abs(x) / np.abs(x[ring]).max())
-    share = across * above * (1 - smoothstep(3, ROWS - 2, row))
+    share = across * (lip > 0) * (1 - smoothstep(3, ROWS - 2, row))
     shape = raw.expression[EXPRESSION_INDEX["mouthShrugUpper"]]
     wanted = shape * [1, kept, 1]
     wanted[:, 2] = np.maximum(wanted[:, 2], 0) + out
@@ -93,13 +95,23 @@ def shrug_upper(raw):
 
 
 def rows(raw, ring):
-    """Row [V] of each skin vertex around the mouth, ROWS where farther; whether it lies above [V]."""
+    """Row of each skin vertex around the mouth [V], ROWS where farther, and the lip it belongs to.
+
+    The lip [V] is 1 for the upper, -1 for the lower, 0 at the corners and beyond the rows.
+    """
     skin = raw.quads[raw.parts == "skin"]
-    near = rings(skin, ring, ROWS)
     row = np.full(len(raw.mean), ROWS)
-    np.minimum.at(row, skin, near[:, None] + 1)
+    np.minimum.at(row, skin, rings(skin, ring, ROWS)[:, None] + 1)
     row[ring] = 0
     upper, lower = split_ring(ring, raw.mean, raw.expression[EXPRESSION_INDEX["jawOpen"]])
-    above = raw.mean[:, 1] > raw.mean[ring, 1].mean()
-    above[upper], above[lower] = True, False
-    return row, above
+    lip = np.zeros(len(row))
+    lip[upper], lip[lower] = 1, -1
+    lip[upper[[0, -1]]] = 0
+    sides = np.stack([skin, np.roll(skin, -1, axis=1)], -1).reshape(-1, 2)
+    sides = np.concatenate([sides, sides[:, ::-1]])
+    for step in range(1, ROWS):
+        inward = sides[(row[sides[:, 0]] == step) & (row[sides[:, 1]] == step - 1)]
+        found = np.zeros(len(row))
+        np.add.at(found, inward[:, 0], lip[inward[:, 1]])
+        lip[row == step] = np.sign(found)[row == step]
+    return row, lip

@@ -16,12 +16,12 @@ from bakery.heads.control import (
     lip_ring,
     raise_lids,
     rings,
-    round_lips,
     symmetric,
     triangles_of,
 )
 from bakery.heads.embed import known_landmarks, with_landmarks
 from bakery.heads.eyes import Ball, eye_cap, eyeball, fit_ball
+from bakery.heads.lips import round_lips, shrug_upper
 from bakery.heads.orbit import lay_lids
 from bakery.heads.patch import Patch, boxed, follow_ids, join, part_ids, place
 from bakery.heads.subdivide import refine
@@ -219,7 +219,7 @@ def prepare(raw, known):
     if "rest_expression" in known:
         shift = np.tensordot(known["rest_expression"].astype(float), raw.expression, 1)
         raw = replace(raw, mean=raw.mean + shift)
-    raw = round_lips(raise_lids(close_lips(raw)))
+    raw = shrug_upper(round_lips(raise_lids(close_lips(raw))))
     return learned_smile(raw, known["smile"]) if "smile" in known else raw
 
 

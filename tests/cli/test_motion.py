@@ -54,7 +54,7 @@ def test_a_take_becomes_a_video(bundle, bakery, take, tmp_path):
     frames = [picture for _, picture in Clip(out).frames()]
     assert len(frames) == 10 and frames[0].shape == (64, 64, 3)
     data = out.read_bytes()
-    assert b"Synthetic media" in data and b"digitalsourcetype/compositeSynthetic" in data
+    assert b"Synthetic media" in data and b"digitalsourcetype/compositeWithTrained" in data
     assert [path.name for path in tmp_path.iterdir()] == ["out.webm"]
     assert bakery("animate", bundle, "--curves", take, "-o", out).returncode == 1  # is there
     done = bakery(
