@@ -7,6 +7,8 @@ are drawn side by side in threads.
 import numba
 import numpy as np
 
+# Without it the four channels of a texel are added one by one, and `shade` takes a third longer.
+numba.config.SLP_VECTORIZE = 1
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "nsz"})
 TILE = 16  # texels on a side of the squares that are blended or left alone
 LEAST = np.float32(1e-4)  # weights below change no byte
@@ -26,6 +28,20 @@ def deform(rest, basis, expression, out):
 
 
 @_jit
+def reach(pixels, inverse, samples, height, width):
+    """The box of a picture that the points in front of the camera span; see `rasterize`."""
+    top, bottom, left, right = np.inf, -np.inf, np.inf, -np.inf
+    for v in range(len(pixels)):
+        if inverse[v] > 0:
+            left, right = min(left, pixels[v, 0]), max(right, pixels[v, 0])
+            top, bottom = min(top, pixels[v, 1]), max(bottom, pixels[v, 1])
+    return (
+        int(min(max(top // samples, 0), height)), int(min(max(bottom // samples + 1, 0), height)),
+        int(min(max(left // samples, 0), width)), int(min(max(right // samples + 1, 0), width)),
+    )  # fmt: skip
+
+
+@_jit
 def rasterize(pixels, inverse, faces, samples, face_out, best):
     """Nearest face under each pixel centre; `geometry.raster` with backs left out.
 
@@ -40,7 +56,7 @@ def rasterize(pixels, inverse, faces, samples, face_out, best):
         box: (top, bottom, left, right) of the picture, pixels; all faces lie inside.
     """
     height, width = best.shape
-    box = _reach(pixels, inverse, samples, height // samples, width // samples)
+    box = reach(pixels, inverse, samples, height // samples, width // samples)
     for row in range(box[0] * samples, box[1] * samples):
         best[row, box[2] * samples : box[3] * samples] = 0
         face_out[row, box[2] * samples : box[3] * samples] = -1
@@ -89,20 +105,6 @@ def rasterize(pixels, inverse, faces, samples, face_out, best):
 
 
 @_jit
-def _reach(pixels, inverse, samples, height, width):
-    """The rows and columns of a picture that the points in front of the camera span."""
-    top, bottom, left, right = np.inf, -np.inf, np.inf, -np.inf
-    for v in range(len(pixels)):
-        if inverse[v] > 0:
-            left, right = min(left, pixels[v, 0]), max(right, pixels[v, 0])
-            top, bottom = min(top, pixels[v, 1]), max(bottom, pixels[v, 1])
-    return (
-        int(min(max(top // samples, 0), height)), int(min(max(bottom // samples + 1, 0), height)),
-        int(min(max(left // samples, 0), width)), int(min(max(right // samples + 1, 0), width)),
-    )  # fmt: skip
-
-
-@_jit
 def needed_tiles(face, box, samples, tile_start, tile_list, seen, needed):
     """Mark the tiles that faces in sight touch.
 
@@ -133,8 +135,7 @@ def blend_tiles(needed, textures, unit, masks, start, which, place, share, produ
 
     Args:
         needed: [tiles] bool.
-        textures: [tiles, 1 + K, TILE, 4 TILE] uint16, the neutral one first; times unit: red, green,
-            blue and what else is interpolated.
+        textures: [tiles, 1 + K, 3, TILE TILE] uint16, the neutral one first; times unit.
         masks: [n, r r] float32: the masks around each tile, those alone that are felt there.
         start: [tiles + 1]: masks start[t]:start[t + 1] belong to tile t.
         which: [n] into E: whose mask it is.
@@ -142,74 +143,77 @@ def blend_tiles(needed, textures, unit, masks, start, which, place, share, produ
             place[x] and place[x] + 1 of its tile's masks, at this share.
         product: [K, E] float32: a_e^k a_e^t.
         plain: [tiles] bool: whether out holds the neutral texture there; kept from frame to frame.
-        out: [T, 4 T] float32, written where needed.
+        out: [T, T, 4] float32, the first three written where needed.
     """
     keys, size, area = product.shape[0], out.shape[0], masks.shape[1]
     reach = int(np.sqrt(area) + 0.5)
     across = (size + TILE - 1) // TILE
     weight, total = np.empty((1 + keys, area), np.float32), np.empty(area, np.float32)
-    wide = np.empty((reach, 4 * TILE), np.float32)
+    wide, fine = np.empty((reach, TILE), np.float32), np.empty(TILE * TILE, np.float32)
+    color, used = np.empty((3, TILE * TILE), np.float32), np.empty(1 + keys, np.bool_)
+    low, part = np.zeros(TILE, np.uint32), np.zeros(TILE, np.float32)
     for tile in range(len(needed)):
         if not needed[tile]:
             continue
         top, left = tile // across * TILE, tile % across * TILE
         rows, columns = min(TILE, size - top), min(TILE, size - left)
-        weight[:] = 0
-        moved = False
+        used[:] = False
         for n in range(start[tile], start[tile + 1]):
             for k in range(keys):
                 factor = product[k, which[n]]
                 if factor > LEAST:
-                    moved = True
+                    if not used[1 + k]:
+                        weight[1 + k] = 0
+                    used[1 + k] = True
                     for m in range(area):
                         weight[1 + k, m] += factor * masks[n, m]
-        if not moved:
-            if not plain[tile]:
-                for row in range(rows):
-                    target = out[top + row, 4 * left : 4 * (left + columns)]
-                    source = textures[tile, 0, row]
-                    for n in range(4 * columns):
-                        target[n] = unit * source[n]
-            plain[tile] = True
+        still = not used.any()
+        if still and plain[tile]:
             continue
-        plain[tile] = False
-        out[top : top + rows, 4 * left : 4 * (left + columns)] = 0
-        total[:] = 0
+        plain[tile], used[0], total[:] = still, True, 0
         for k in range(1, 1 + keys):
-            for m in range(area):
-                total[m] += weight[k, m]
+            if used[k]:
+                for m in range(area):
+                    total[m] += weight[k, m]
         for m in range(area):
             weight[0, m] = max(np.float32(0), 1 - total[m])
             total[m] = unit / max(weight[0, m] + total[m], np.float32(1e-6))
+        for column in range(columns):
+            low[column], part[column] = place[left + column], share[left + column]
+        color[:] = 0
         for k in range(1 + keys):
-            most = np.float32(0)
+            if not used[k]:
+                continue
             for m in range(area):
                 weight[k, m] *= total[m]
-                most = max(most, weight[k, m])
-            if most <= LEAST * unit:
-                continue
             for i in range(reach):
-                for column in range(columns):
-                    j = i * reach + place[left + column]
-                    w = weight[k, j] + (weight[k, j + 1] - weight[k, j]) * share[left + column]
-                    for c in range(4):
-                        wide[i, 4 * column + c] = w
+                line = weight[k, i * reach : (i + 1) * reach]
+                for column in range(TILE):
+                    j = low[column]
+                    wide[i, column] = line[j] + (line[j + np.uint32(1)] - line[j]) * part[column]
             for row in range(rows):
                 i, down = place[top + row], share[top + row]
-                target = out[top + row, 4 * left : 4 * (left + columns)]
-                source = textures[tile, k, row]
-                for n in range(4 * columns):
-                    w = wide[i, n] + (wide[i + 1, n] - wide[i, n]) * down
-                    target[n] += w * source[n]
+                for column in range(TILE):
+                    w = wide[i, column] + (wide[i + 1, column] - wide[i, column]) * down
+                    fine[row * TILE + column] = w
+            for c in range(3):
+                for n in range(TILE * TILE):
+                    color[c, n] += fine[n] * np.float32(textures[tile, k, c, n])
+        for row in range(rows):
+            for column in range(columns):
+                n = row * TILE + column
+                target = out[top + row, left + column]
+                target[0], target[1], target[2] = color[0, n], color[1, n], color[2, n]
 
 
 @_jit
-def texture_planes(seen, pixels, inverse, faces, corners, planes):
-    """What turns a pixel centre into a place on the texture: u/w, v/w and 1/w are planes.
+def texture_planes(seen, pixels, inverse, faces, corners, kind, slides, planes):
+    """What turns a sample's centre into a place on the texture: u/w, v/w and 1/w are planes.
 
     Args:
         seen: [F] bool: the faces in sight.
-        corners: [F, 3, 2] texels.
+        corners: [F, 3, 2] texels; 0 is a border, 0.5 the middle of the first.
+        kind: [F] uint8; slides: [kinds, 2] texels that each texture moves right and down.
         planes: [F, 9] float64, written: constant, per column and per row of u/w, v/w, 1/w.
     """
     for f in range(len(faces)):
@@ -223,9 +227,10 @@ def texture_planes(seen, pixels, inverse, faces, corners, planes):
         for n in range(3):
             va, vb, vc = inverse[a], inverse[b], inverse[c]
             if n < 2:
-                va *= corners[f, 0, n]
-                vb *= corners[f, 1, n]
-                vc *= corners[f, 2, n]
+                shift = slides[kind[f], n] + 0.5
+                va *= corners[f, 0, n] - shift
+                vb *= corners[f, 1, n] - shift
+                vc *= corners[f, 2, n] - shift
             vb -= va
             vc -= va
             along = (vb * cy - vc * by) * scale
@@ -236,26 +241,28 @@ def texture_planes(seen, pixels, inverse, faces, corners, planes):
 
 
 @_jit
-def _place(row, column, f, planes):
-    """Where on its texture a pixel centre falls: x, y in texels."""
+def _place(row, column, f, planes, width, height):
+    """The texels around the place on its texture that a sample sees.
+
+    Returns:
+        left, right, top, bottom; the shares of the right and of the bottom.
+    """
     whole = 1.0 / (planes[f, 6] + planes[f, 7] * column + planes[f, 8] * row)
     u = (planes[f, 0] + planes[f, 1] * column + planes[f, 2] * row) * whole
     v = (planes[f, 3] + planes[f, 4] * column + planes[f, 5] * row) * whole
-    return u, v
-
-
-@_jit
-def _corners(place, size):
-    """The two texels around a place along one axis, and the share of the second."""
-    place -= 0.5
-    low = int(np.floor(place))
-    share = np.float32(place - low)
-    return min(max(low, 0), size - 1), min(max(low + 1, 0), size - 1), share
+    low_u, low_v = np.floor(u), np.floor(v)
+    left, top = int(low_u), int(low_v)
+    right, bottom = min(max(left + 1, 0), width - 1), min(max(top + 1, 0), height - 1)
+    left, top = min(max(left, 0), width - 1), min(max(top, 0), height - 1)
+    return left, right, top, bottom, np.float32(u - low_u), np.float32(v - low_v)
 
 
 @_jit
 def mark_texels(face, box, samples, kind, which, planes, marks):
-    """Mark the texels [h, w] of one carrier that are in sight; returns how many samples see it."""
+    """Mark the texels [h, w] of one carrier that are in sight; returns how many samples see it.
+
+    The box need not be larger than the carrier.
+    """
     marks[:] = False
     height, width = marks.shape
     count = 0
@@ -263,9 +270,7 @@ def mark_texels(face, box, samples, kind, which, planes, marks):
         for column in range(box[2] * samples, box[3] * samples):
             f = face[row, column]
             if f >= 0 and kind[f] == which:
-                u, v = _place(row, column, f, planes)
-                left, right, _ = _corners(u, width)
-                top, bottom, _ = _corners(v, height)
+                left, right, top, bottom, _, _ = _place(row, column, f, planes, width, height)
                 marks[top, left] = marks[top, right] = True
                 marks[bottom, left] = marks[bottom, right] = True
                 count += 1
@@ -320,56 +325,55 @@ def median_texels(marks, pictures, order, weights, values, out):
 
 
 @_jit
-def shade(face, box, samples, kind, planes, texels, places, slides, out, alpha):
+def shade(face, box, samples, kind, planes, texels, places, out, alpha):
     """Colour the picture from what each of its samples sees, and average them.
 
     Args:
         face: [H n, W n] int32, n = samples; box: as from `rasterize`.
         kind: [F] uint8: 0 skin, 1 mouth sheet, 2 left and 3 right eye cap.
         planes: [F, 9], as from `texture_planes`.
-        texels: [..., 4] float32: all textures, one behind the other; a fourth channel is 16 bytes a
-            texel, which are read at once.
-        places: [4, 3] int64: where the texture of each kind begins, its width and height.
-        slides: [4, 2] texels that each texture moves right and down (`blend.gaze_slide`).
+        texels: [..., 4] float32: all textures, one behind the other; a fourth channel makes a texel
+            16 bytes, which are read at once.
+        places: [kinds, 3] int64: where each texture begins, its width and height.
         out: [H, W, 4] float32, written: linear, premultiplied by alpha.
         alpha: [H, W] float32, written.
     """
     out[:] = 0
     alpha[:] = 0
     weigh = np.float32(1 / (samples * samples))
-    first, last = box[2] * samples, box[3] * samples
-    corner = np.empty((4, last - first), np.int64)
-    share = np.empty((2, last - first), np.float32)
-    for y in range(box[0] * samples, box[1] * samples):
-        row = y // samples
-        for x in range(first, last):
-            f = face[y, x]
-            if f < 0:
-                continue
-            u, v = _place(y, x, f, planes)
-            which = kind[f]
-            start, width, height = places[which, 0], places[which, 1], places[which, 2]
-            left, right, s = _corners(u - slides[which, 0], width)
-            top, bottom, t = _corners(v - slides[which, 1], height)
-            at = x - first
-            share[0, at], share[1, at] = s, t
-            corner[0, at], corner[1, at] = start + top * width + left, start + top * width + right
-            corner[2, at] = start + bottom * width + left
-            corner[3, at] = start + bottom * width + right
-        for x in range(first, last):
-            if face[y, x] < 0:
-                continue
-            at, column = x - first, x // samples
-            s, t = share[0, at], share[1, at] * weigh
-            rest = weigh - t
-            b, d = s * rest, s * t
-            a, c = rest - b, t - d
-            i, j, k, m = corner[0, at], corner[1, at], corner[2, at], corner[3, at]
-            for n in range(4):
-                out[row, column, n] += (
-                    a * texels[i, n] + b * texels[j, n] + c * texels[k, n] + d * texels[m, n]
-                )
-            alpha[row, column] += weigh
+    for row in range(box[0], box[1]):
+        for column in range(box[2], box[3]):
+            red = green = blue = known = hits = np.float32(0)
+            for y in range(row * samples, (row + 1) * samples):
+                for x in range(column * samples, (column + 1) * samples):
+                    # Unsigned: numba looks whether a signed index counts from the end.
+                    f = face[np.uint64(y), np.uint64(x)]
+                    if f < 0:
+                        continue
+                    which = np.uint64(kind[np.uint64(f)])
+                    start, width, height = places[which, 0], places[which, 1], places[which, 2]
+                    left, right, top, bottom, s, t = _place(
+                        y, x, np.uint64(f), planes, width, height
+                    )
+                    top, bottom = start + top * width, start + bottom * width
+                    b, d = s - s * t, s * t
+                    a, c = 1 - t - b, t - d
+                    i, j = np.uint64(top + left), np.uint64(top + right)
+                    k, m = np.uint64(bottom + left), np.uint64(bottom + right)
+                    red += a * texels[i, 0] + b * texels[j, 0] + c * texels[k, 0] + d * texels[m, 0]
+                    green += (
+                        a * texels[i, 1] + b * texels[j, 1] + c * texels[k, 1] + d * texels[m, 1]
+                    )
+                    blue += (
+                        a * texels[i, 2] + b * texels[j, 2] + c * texels[k, 2] + d * texels[m, 2]
+                    )
+                    known += (
+                        a * texels[i, 3] + b * texels[j, 3] + c * texels[k, 3] + d * texels[m, 3]
+                    )
+                    hits += weigh
+            out[row, column, 0], out[row, column, 1] = red * weigh, green * weigh
+            out[row, column, 2], out[row, column, 3] = blue * weigh, known * weigh
+            alpha[row, column] = hits
 
 
 @_jit

@@ -66,6 +66,7 @@ class Player:
         self._prepare_lips(head, avatar.neutral)
         self.size = min(textures.neutral.shape[0], LARGEST)  # T
         self.squares, self.unit = _squares(textures, hair, self.size)
+        self.known = _shrunk(paintable(textures), self.size)  # [T, T]
         self.felt = _felt(np.asarray(avatar.masks, np.float32), self.size)
         self.mouths = np.ascontiguousarray(sortable(textures.mouths).transpose(1, 2, 3, 0))
         eyes = np.stack(np.split(np.asarray(textures.gaze, np.float32), 2, axis=2), 1)
@@ -107,6 +108,7 @@ class Player:
                 left, top, width, height = head.uv_rectangles[name]
                 local = (uv[mine] - [left, top]) / [width, height]
                 self.corners[mine] = local * sizes[name]
+        self.sheet = np.unique(self.faces[self.kind == 1])
         across = -(-size // kernels.TILE)
         low = np.clip((self.corners.min(1) - 1.5) // kernels.TILE, 0, across - 1).astype(int)
         high = np.clip((self.corners.max(1) + 1.5) // kernels.TILE, 0, across - 1).astype(int)
@@ -120,13 +122,15 @@ class Player:
 
     def workspace(self, width, height):
         """New buffers for pictures of this size."""
-        fine = (height * SAMPLES, width * SAMPLES)
+        fine, size = (height * SAMPLES, width * SAMPLES), self.size
+        texels = np.ones((self.texels, 4), np.float32)
+        texels[: size * size, 3] = self.known.ravel()
         return Workspace(
-            np.empty(fine, np.int32), np.empty(fine, np.float32),
-            np.ones((self.texels, 4), np.float32), np.zeros(len(self.squares), bool),
-            np.empty(len(self.faces), bool), np.empty(len(self.squares), bool),
-            np.empty((len(self.faces), 9)), np.empty(self.mouths.shape[:2], bool),
-            np.empty((height, width, 4), np.float32), np.empty((height, width), np.float32),
+            np.empty(fine, np.int32), np.empty(fine, np.float32), texels,
+            np.zeros(len(self.squares), bool), np.empty(len(self.faces), bool),
+            np.empty(len(self.squares), bool), np.empty((len(self.faces), 9)),
+            np.empty(self.mouths.shape[:2], bool), np.empty((height, width, 4), np.float32),
+            np.empty((height, width), np.float32),
         )  # fmt: skip
 
     def vertices(self, expression, gaze):
@@ -157,18 +161,25 @@ class Player:
         product = textures.key_weights * (expression if dynamic else 0 * expression)
         kernels.blend_tiles(
             work.needed, self.squares, self.unit, *self.felt, product.astype(np.float32),
-            work.plain, skin.reshape(self.size, -1),
+            work.plain, skin.reshape(self.size, self.size, 4),
         )  # fmt: skip
-        kernels.texture_planes(work.seen, pixels, inverse, self.faces, self.corners, work.planes)
-        if kernels.mark_texels(work.face, box, SAMPLES, self.kind, 1, work.planes, work.marks):
-            self._mouth(work.marks, expression, mouth.reshape(*work.marks.shape, 4))
         nearest = nearest_gaze(textures.gaze_directions, gaze)
         for cap, eye in zip(caps, self.eyes[nearest]):
             cap[:] = eye.reshape(-1, 4)
         slides = np.zeros((4, 2))
         slides[2:] = gaze_slide(gaze - textures.gaze_directions[nearest]) * self.places[2:, 1:]
+        kernels.texture_planes(
+            work.seen, pixels, inverse, self.faces, self.corners, self.kind, slides, work.planes
+        )
+        box_of_mouth = kernels.reach(
+            pixels[self.sheet], inverse[self.sheet], SAMPLES, camera.height, camera.width
+        )
+        if kernels.mark_texels(
+            work.face, box_of_mouth, SAMPLES, self.kind, 1, work.planes, work.marks
+        ):
+            self._mouth(work.marks, expression, mouth.reshape(*work.marks.shape, 4))
         kernels.shade(
-            work.face, box, SAMPLES, self.kind, work.planes, work.texels, self.places, slides,
+            work.face, box, SAMPLES, self.kind, work.planes, work.texels, self.places,
             work.color, work.alpha,
         )  # fmt: skip
 
@@ -217,10 +228,10 @@ def _shrunk(picture, size):
 
 
 def _squares(textures, hair, size):
-    """T_0 and the keys, hair on them, with what the photo knows, cut into tiles.
+    """T_0 and the keys, hair on them, cut into tiles.
 
     Returns:
-        [tiles, 1 + K, TILE, 4 TILE] uint16, and what one step is worth.
+        [tiles, 1 + K, 3, TILE TILE] uint16, and what one step is worth.
     """
     side = kernels.TILE
     across = -(-size // side)
@@ -228,14 +239,12 @@ def _squares(textures, hair, size):
     if hair:
         layers = [lay_hair(layer, textures.hair) for layer in layers]
     unit = max(1.0, *(float(layer.max()) for layer in layers)) / STEPS
-    known = _shrunk(paintable(textures), size)
-    out = np.zeros((across * across, len(layers), side, 4 * side), np.uint16)
+    out = np.zeros((across * across, len(layers), 3, side * side), np.uint16)
     for number, layer in enumerate(layers):
-        whole = np.zeros((across * side, across * side, 4), np.uint16)
-        filled = np.dstack([_shrunk(layer, size), known])
-        whole[:size, :size] = np.clip(filled, 0, None) / unit + 0.5
-        cut = whole.reshape(across, side, across, 4 * side).transpose(0, 2, 1, 3)
-        out[:, number] = cut.reshape(-1, side, 4 * side)
+        whole = np.zeros((across * side, across * side, 3), np.uint16)
+        whole[:size, :size] = np.clip(_shrunk(layer, size), 0, None) / unit + 0.5
+        cut = whole.reshape(across, side, across, side, 3).transpose(0, 2, 4, 1, 3)
+        out[:, number] = cut.reshape(-1, 3, side * side)
     return out, np.float32(unit)
 
 
