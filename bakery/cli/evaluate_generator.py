@@ -81,3 +81,14 @@ def times(photo, head, generator):
 
     _line({"steps": generator_speed.stages(photo, head, generator)})
     _line({"network": generator_speed.measure(pagan.load())})
+
+
+@click.command(cls=options.Command)
+@click.argument("bundle", type=click.Path(path_type=Path))
+def detail(bundle):
+    """How much of the photo's own fine detail the key textures of BUNDLE keep."""
+    from bakery import steps
+    from bakery.evaluate import generator_detail
+
+    for name, figures in generator_detail.keep(steps.open_avatar(bundle)).items():
+        _line({"key": name, **figures})
