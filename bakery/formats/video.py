@@ -158,16 +158,18 @@ def read_sound(path, kind):
         sounds = [track for track in mp4.read_tracks(path) if track.kind == "soun" and track.places]
         sounds = [track for track in sounds if track.entry[4:8] in mp4.SOUND]
         if sounds and kind != ".mp4":
-            raise InputError(f"{path}: its sound fits into .mp4 only; write to .mp4, or --no-sound")
+            raise InputError(
+                f"{path}: its sound fits into .mp4 only; write to .mp4 or drop --sound"
+            )
         return sounds[0] if sounds else None
     if webm.is_webm(path):
         sound = webm.read_sound(path)
         if sound is not None and kind != ".webm":
             raise InputError(
-                f"{path}: its sound fits into .webm only; write to .webm, or --no-sound"
+                f"{path}: its sound fits into .webm only; write to .webm or drop --sound"
             )
         return sound
-    raise InputError(f"{path}: sound is taken from MP4, MOV and WebM; convert it, or --no-sound")
+    raise InputError(f"{path}: sound is taken from MP4, MOV and WebM; convert it")
 
 
 def join(path, parts, kind, rate, size, note, sound=None, start=0.0):

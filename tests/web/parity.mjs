@@ -20,7 +20,7 @@ try {
 }
 
 /** In the page: set the state, draw it, and return the bytes as base64. */
-function draw({ kind, weights, gaze, size }) {
+function draw({ kind, weights, gaze, size, hair, dynamic }) {
   const { avatar } = window;
   // SwiftShader moves vertices to sixteenths of a pixel, other cards to 256ths: a picture five times
   // as fine is drawn, and the samples at the middles of the wanted pixels are kept.
@@ -35,6 +35,7 @@ function draw({ kind, weights, gaze, size }) {
     return new Uint8Array(kept.buffer);
   };
   avatar.reset();
+  Object.assign(avatar.options, { hair, dynamic });
   avatar.set(weights);
   avatar.direction = gaze;
   const bytes = kind === 'mouth' ? avatar.mouthSheet().data

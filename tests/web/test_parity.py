@@ -38,7 +38,7 @@ def random_weights(rng, names=EXPRESSIONS):
 
 
 def states(frames, gazes, mouths, size):
-    """What is drawn: (kind, weights, gaze or None)."""
+    """What is drawn; every fifth frame without hair, every seventh with the static texture."""
     rng = np.random.default_rng(5)
     lips = [name for name in EXPRESSIONS if name.startswith(("jaw", "mouth"))]
     out = [("frame", random_weights(rng), None) for _ in range(frames)]
@@ -52,8 +52,10 @@ def states(frames, gazes, mouths, size):
             "size": size,
             "weights": {n: float(w) for n, w in zip(EXPRESSIONS, row) if w},
             "gaze": None if gaze is None else gaze.tolist(),
+            "hair": number % 5 != 4,
+            "dynamic": number % 7 != 6,
         }
-        for kind, row, gaze in out
+        for number, (kind, row, gaze) in enumerate(out)
     ]
 
 
@@ -97,7 +99,7 @@ def compare(avatar, wanted, folder, monkeypatch):
             continue
         size = state["size"]
         camera = face_camera(avatar.fit, avatar.head, avatar.neutral, 0, 0, size, SHARE)
-        frame = render.draw(avatar, vertices, camera, row, gaze)
+        frame = render.draw(avatar, vertices, camera, row, gaze, state["dynamic"], state["hair"])
         reference = to_encoded(render.over_gray(frame)) * 255
         error = np.abs(raw.reshape(size, size, 4)[..., :3] - reference).max(-1)
         face = inside(avatar, vertices, camera, np.minimum(frame.alpha, frame.face))
