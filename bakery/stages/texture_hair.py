@@ -24,6 +24,7 @@ LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
 ON_SCALP = (89.0, 82.0)  # degrees: the photo says nothing beyond the first, all below the second
 ON_SKIN = (89.0, 82.0)  # the same off the scalp, where hair hangs before the skin, not on it
 BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
+SQUARE = (80.0, 75.0)  # degrees: hair that is seen so well hangs before the skin, not behind it
 BARE = (89.0, 80.0)  # the same for the strip of skin beside hair, which darkens towards its edge
 CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
 
@@ -113,6 +114,8 @@ def hair_layer(linear, cover, head, atlas, sight):
     seen = on_skin + growth * (on_scalp - on_skin)
     color = atlas.paint(bilinear(linear, pixels))
     here, edge = atlas.paint(here), atlas.paint(edge)
+    lost = _behind(here, np.maximum(growth, atlas.paint(sight.weight(*SQUARE))))
+    here, edge = here * (1 - lost), edge * (1 - lost)
     shown = np.clip(seen * here + on_bare * edge, 0, 1)
 
     lock = here * seen
@@ -134,6 +137,20 @@ def hair_layer(linear, cover, head, atlas, sight):
     layers = ((color, shown), (made, unseen), (near, fade))
     total = sum(colors * alpha[..., None] for colors, alpha in layers)
     return np.concatenate([total, sum(alpha for _, alpha in layers)[..., None]], -1)
+
+
+def _behind(here, rooted):
+    """Where hair [T, T] is of patches that the rim of the face alone shows, 0 or 1.
+
+    Such a patch hangs behind the jaw, and the outline of the fitted head reaches over it.
+
+    Args:
+        rooted: [T, T], 1 where hair grows or is seen well enough to lie before the skin.
+    """
+    _, patch = cv2.connectedComponents((here > 0.3).astype(np.uint8))
+    held = np.unique(patch[rooted > 0.5])
+    lost = ((patch > 0) & ~np.isin(patch, held)).astype(np.float32)
+    return cv2.dilate(lost, np.ones((5, 5)))
 
 
 def _above_the_neck(head, atlas):

@@ -8,7 +8,7 @@ from bakery.heads.scalp import scalp
 from bakery.landmarks import FACE
 from bakery.stages.atlas import make_atlas, make_view, see
 from bakery.stages.segment import BACKGROUND, HAIR, SKIN, Segmentation
-from bakery.stages.texture_hair import Cover, cover_of, hair_layer
+from bakery.stages.texture_hair import Cover, _behind, cover_of, hair_layer
 from bakery.types import Camera
 
 FRONT = Camera(
@@ -146,3 +146,11 @@ def test_background_between_strands_is_not_hair():
     )
     assert cover.hair[28:32, 20:24].max() == 0 and cover.hair[30, 40] == 1
     assert cover.hair[70:74, 20:24].min() == 1
+
+
+def test_a_patch_at_the_rim_alone_lies_behind():
+    here, rooted = np.zeros((2, 60, 60), np.float32)
+    here[5:15, 5:15] = here[30:40, 30:50] = 1.0
+    rooted[30:60, 45:60] = 1.0  # the second patch reaches into what is seen squarely
+    lost = _behind(here, rooted)
+    assert lost[5:15, 5:15].all() and not lost[30:40, 30:50].any()
