@@ -22,9 +22,9 @@ try {
 /** In the page: set the state, draw it, and return the bytes as base64. */
 function draw({ kind, weights, gaze, size, hair, dynamic }) {
   const { avatar } = window;
-  // SwiftShader moves vertices to sixteenths of a pixel, other cards to 256ths: a picture five times
+  // SwiftShader moves vertices to sixteenths of a pixel, other cards to 256ths: a picture seven times
   // as fine is drawn, and the samples at the middles of the wanted pixels are kept.
-  const [FINE, HALF] = [5, 2];
+  const [FINE, HALF] = [7, 3];
   const centres = (fine) => {
     const words = new Uint32Array(fine.buffer);
     const kept = new Uint32Array(size * size);
