@@ -16,7 +16,7 @@ from bakery.geometry import rotation
 from bakery.geometry.color import to_encoded, to_linear
 from bakery.heads.base import gaze_of
 from bakery.runtime.player import Player
-from bakery.runtime.render import over_photo
+from bakery.runtime.render import in_photo, over_photo
 from bakery.stages.condition import face_camera
 from bakery.stages.fit_gaze import LIMIT
 
@@ -85,8 +85,9 @@ class Stage:
 
             size = (self.camera.width, self.camera.height)
             photo = cv2.resize(avatar.photo, size, interpolation=cv2.INTER_AREA)
-            self.background = to_linear(photo)
+            self.background = to_linear(photo).astype(np.float32)
             self.portrait = replace(avatar, fit=replace(avatar.fit, camera=self.camera))
+            self.source = in_photo(self.portrait)
 
     def _camera(self):
         avatar, show = self.avatar, self.show
@@ -125,8 +126,10 @@ class Stage:
         if self.background is None:
             return self.player.picture(work, camera, expression, gaze, dynamic)
         frame = self.player.frame(work, camera, expression, gaze, dynamic)
-        vertices = self.avatar.head.vertices(self.avatar.neutral, expression, gaze)
-        picture = to_encoded(over_photo(self.portrait, frame, vertices, self.background))
+        vertices = self.avatar.neutral.copy()  # the hidden ones rest: nobody sees them
+        vertices[self.player.used] = self.player.vertices(expression, gaze)
+        over = over_photo(self.portrait, frame, vertices, self.background, self.source)
+        picture = to_encoded(over)
         return (picture * 255 + 0.5).astype(np.uint8)
 
     def pictures(self, indices, threads=None):

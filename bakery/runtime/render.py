@@ -106,7 +106,15 @@ def over_gray(frame, gray=0.18):
     return frame.color + (1 - frame.alpha[..., None]) * gray
 
 
-def over_photo(avatar, frame, vertices, linear_photo):
+def in_photo(avatar):
+    """Where the vertices of the portrait's own face lie in the portrait: [V, 2] pixels."""
+    fit = avatar.fit
+    return cameras.project(
+        avatar.head.vertices(avatar.neutral, fit.expression, fit.gaze), fit.camera
+    )
+
+
+def over_photo(avatar, frame, vertices, linear_photo, source=None):
     """The frame over the portrait itself: [H, W, 3] linear.
 
     What lies around the face (hair, ears, neck) is taken from the photo, pulled along with the
@@ -116,24 +124,25 @@ def over_photo(avatar, frame, vertices, linear_photo):
         frame: drawn with the portrait's camera.
         vertices: [V, 3] mm as drawn.
         linear_photo: [H, W, 3].
+        source: `in_photo(avatar)`, for those who draw many frames.
     """
     head, camera = avatar.head, avatar.fit.camera
-    before = head.vertices(avatar.neutral, avatar.fit.expression, avatar.fit.gaze)
+    source = in_photo(avatar) if source is None else source
     faces = head.part_faces("skin")
     points = cameras.to_camera(vertices, camera)
     found = rasterize(
         cameras.project_camera(points, camera), -points[:, 2], head.faces[faces],
         (camera.height, camera.width), cull=True,
     )  # fmt: skip
-    source = cameras.project(before, camera)
-    here = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in (camera.width, camera.height))), -1)
-    flow = (interpolate(found, source[head.faces[faces]]) - here).astype(np.float32)
+    across, down = (np.arange(n) + 0.5 for n in (camera.width, camera.height))
+    here = np.stack(np.meshgrid(across, down), -1).astype(np.float32)
+    flow = interpolate(found, source[head.faces[faces]]).astype(np.float32) - here
     inside = found.face >= 0
     away = cv2.distanceTransform((~inside).astype(np.uint8), cv2.DIST_L2, 3)
     reach = 0.12 * camera.height
     weight = np.where(inside, 1.0, np.clip(away / reach - 1, 0, 1)).astype(np.float32)
     flow = diffuse(np.where(inside[..., None], flow, 0), weight)
-    around = bilinear(linear_photo, (here + flow).astype(np.float32))
+    around = bilinear(linear_photo, here + flow)
     share = np.minimum(frame.alpha, frame.face)[..., None]
     own = frame.color / np.maximum(frame.alpha, 1e-3)[..., None]
     return own * share + around * (1 - share)
