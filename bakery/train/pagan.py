@@ -199,9 +199,10 @@ class _State:
         runs.save_checkpoint(path, step, self.modules, self.optimizers)
 
     def set_rate(self, rate):
-        for optimizer, share in ((self.adam, 1.0), (self.judge_adam, 0.4)):
+        """The judge begins late, when the generator's rate has fallen; it learns at a steady one."""
+        for optimizer, now in ((self.adam, rate), (self.judge_adam, 0.4 * self.options.rate)):
             for group in optimizer.param_groups:
-                group["lr"] = share * rate
+                group["lr"] = now
 
     def step(self, batch, step, run):
         """Train on one batch of byte tensors; returns the parts of the loss."""
