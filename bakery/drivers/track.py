@@ -66,7 +66,7 @@ class TrackOptions:
     gaze_bias: float = 8.0  # degrees of the median gaze that are taken for the eyeballs' fault
     # With a known person, weights need less reluctance than in one photo (docs/log-drive.md).
     weights: Weights = field(
-        default_factory=lambda: Weights(sparse=4.0, expression=16.0, identity=3.0)
+        default_factory=lambda: Weights(sparse=2.0, expression=16.0, identity=3.0)
     )
     # Trust in points that the close-ups did not see: this much where expressions move them far, for
     # the points network shows too little of it, and all where the skull carries them.
