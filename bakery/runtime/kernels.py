@@ -7,8 +7,6 @@ are drawn side by side in threads.
 import numba
 import numpy as np
 
-# Without it the four channels of a texel are added one by one, and `shade` takes a third longer.
-numba.config.SLP_VECTORIZE = 1
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "nsz"})
 TILE = 16  # texels on a side of the squares that are blended or left alone
 LEAST = np.float32(1e-4)  # weights below change no byte
@@ -325,7 +323,7 @@ def median_texels(marks, pictures, order, weights, values, out):
 
 
 @_jit
-def shade(face, box, samples, kind, planes, texels, places, out, alpha):
+def shade(face, box, samples, kind, planes, texels, places, whole, out, alpha):
     """Colour the picture from what each of its samples sees, and average them.
 
     Args:
@@ -335,6 +333,7 @@ def shade(face, box, samples, kind, planes, texels, places, out, alpha):
         texels: [..., 4] float32: all textures, one behind the other; a fourth channel makes a texel
             16 bytes, which are read at once.
         places: [kinds, 3] int64: where each texture begins, its width and height.
+        whole: whether the fourth channel is wanted.
         out: [H, W, 4] float32, written: linear, premultiplied by alpha.
         alpha: [H, W] float32, written.
     """
@@ -367,9 +366,13 @@ def shade(face, box, samples, kind, planes, texels, places, out, alpha):
                     blue += (
                         a * texels[i, 2] + b * texels[j, 2] + c * texels[k, 2] + d * texels[m, 2]
                     )
-                    known += (
-                        a * texels[i, 3] + b * texels[j, 3] + c * texels[k, 3] + d * texels[m, 3]
-                    )
+                    if whole:
+                        known += (
+                            a * texels[i, 3]
+                            + b * texels[j, 3]
+                            + c * texels[k, 3]
+                            + d * texels[m, 3]
+                        )
                     hits += weigh
             out[row, column, 0], out[row, column, 1] = red * weigh, green * weigh
             out[row, column, 2], out[row, column, 3] = blue * weigh, known * weigh

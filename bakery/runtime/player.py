@@ -142,8 +142,8 @@ class Player:
             moved[ball] = (self.rest[ball] - center) @ turn + center
         return moved
 
-    def draw_into(self, work, camera, expression, gaze, dynamic=True):
-        """Draw a frame into a workspace; see `render.draw`."""
+    def draw_into(self, work, camera, expression, gaze, dynamic=True, known=True):
+        """Draw a frame into a workspace; see `render.draw`. `known` asks for `Frame.face` too."""
         expression = np.asarray(expression, np.float32)
         textures = self.avatar.textures
         fine = cameras.crop(
@@ -179,7 +179,7 @@ class Player:
         ):
             self._mouth(work.marks, expression, mouth.reshape(*work.marks.shape, 4))
         kernels.shade(
-            work.face, box, SAMPLES, self.kind, work.planes, work.texels, self.places,
+            work.face, box, SAMPLES, self.kind, work.planes, work.texels, self.places, known,
             work.color, work.alpha,
         )  # fmt: skip
 
@@ -199,7 +199,7 @@ class Player:
 
     def picture(self, work, camera, expression, gaze, dynamic=True):
         """The frame over plain grey: [H, W, 3] uint8 sRGB."""
-        self.draw_into(work, camera, expression, gaze, dynamic)
+        self.draw_into(work, camera, expression, gaze, dynamic, known=False)
         out = np.empty((*work.alpha.shape, 3), np.uint8)
         kernels.encode_over(work.color, work.alpha, np.float32(GRAY), self.bytes, out)
         return out
