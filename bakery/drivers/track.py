@@ -75,6 +75,7 @@ class TrackOptions:
     near: float = 1.6  # frames, sigma of the smoothing in time
     alike: float = 0.06  # weight, sigma of the smoothing in value: blinks are far beyond it
     angle: float = 1.0  # degrees, the same for head and gaze
+    doubt: float = 0.04  # face sizes of expected error above which the take says that it is unsure
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +86,7 @@ class Followed:
     points: np.ndarray  # [N, L, 2] float32 pixels; nan where no face was found
     width: int
     height: int
+    doubt: float = 0.0  # median error that the points network expects of itself, face sizes
 
     @property
     def found(self):
@@ -103,43 +105,44 @@ def follow(clip, detector, options=TrackOptions(), progress=None):
     Raises:
         InputError: no face in any frame.
     """
-    seconds, points, frame, size = [], [], None, (0, 0)
+    seconds, points, doubts, frame, size = [], [], [], None, (0, 0)
     blank = np.full((frames.POINTS, 2), np.nan, np.float32)
     for number, (now, picture) in enumerate(clip):
         size = picture.shape[:2]
-        seen, frame = _look(picture, detector, frame, options)
+        seen, frame, doubt = _look(picture, detector, frame, options)
         seconds.append(now)
+        doubts.append(doubt)
         points.append(blank if seen is None else seen.astype(np.float32))
         if progress is not None:
             progress(number + 1)
-    out = Followed(np.array(seconds), np.array(points), size[1], size[0])
-    if not len(seconds) or not out.found.any():
+    found = [doubt for doubt in doubts if doubt is not None]
+    if not found:
         raise InputError(
             "no face found in any frame; give a clip of one face, upright and at least "
             f"{SMALLEST_FACE} pixels large"
         )
-    return out
+    return Followed(np.array(seconds), np.array(points), size[1], size[0], float(np.median(found)))
 
 
 def _look(picture, detector, frame, options):
-    """Points [L, 2] or None, and the crop for the next frame or None."""
+    """Points [L, 2] or None, the crop for the next frame or None, doubt in face sizes or None."""
     if frame is not None:
-        shapes, _, presence = detector.place(picture, [frame])
+        shapes, errors, presence = detector.place(picture, [frame])
         if presence[0] < options.presence:
             frame = None
     if frame is None:
         faces = detector.detect(picture)
         if not faces:
-            return None, None
+            return None, None, None
         largest = max(faces, key=lambda face: face.box[2] * face.box[3])
         frame = frames.frame_of_points(largest.points)
-        shapes, _, _ = detector.place(picture, [frame])
+        shapes, errors, _ = detector.place(picture, [frame])
     seen = frames.frame_of_points(shapes[0])
     moved = np.linalg.norm(seen.center - frame.center) / frame.size
     moved = max(moved, abs(np.log(seen.size / frame.size)), abs(seen.roll - frame.roll))
     # A crop that follows every tremor of its own answer would pass it on.
     after = seen if moved > options.hold else frame
-    return look_closer(picture, shapes[0]), after
+    return look_closer(picture, shapes[0]), after, float(errors[0].mean() / face_size(shapes[0]))
 
 
 class Person:
@@ -330,12 +333,18 @@ def track(followed, head, options=TrackOptions(), progress=None):
 
     gaze = everywhere(gaze)
     lost = len(followed.seconds) - len(found)
+    notes = (f"{lost} frames without a face interpolated",) if lost else ()
+    if followed.doubt > options.doubt:
+        notes += (
+            f"the face is hard to see (points unsure by {followed.doubt:.0%} of its size, limit "
+            f"{options.doubt:.0%}); a brighter, sharper, larger picture of it is followed better",
+        )
     return Take(
         seconds=followed.seconds - followed.seconds[0],
         weights=np.clip(everywhere(weights), 0, 1).astype(np.float32),
         head=everywhere(turns),
         eyes=np.stack([gaze, gaze], 1),
-        notes=(f"{lost} frames without a face interpolated",) if lost else (),
+        notes=notes,
     )
 
 

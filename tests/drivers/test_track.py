@@ -12,6 +12,7 @@ from bakery.errors import FitError, InputError
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.heads.base import look, weights
+from bakery.landmarks import face_size
 from bakery.synth.scene import portrait_camera
 from bakery.types import EXPRESSION_INDEX
 
@@ -90,6 +91,13 @@ def test_lost_frames_lie_between_their_neighbours(head):
     assert take.notes == ("3 frames without a face interpolated",)
 
 
+def test_a_face_that_is_hard_to_see_is_told(head):
+    _, _, _, points = played(head, 8)
+    sure, unsure = (replace(followed(points), doubt=doubt) for doubt in (0.03, 0.06))
+    assert track(sure, head, FEW).notes == ()
+    assert "unsure by 6% of its size, limit 4%" in track(unsure, head, FEW).notes[0]
+
+
 def test_small_faces_are_refused(head):
     _, _, _, points = played(head, 8)
     with pytest.raises(FitError, match="pixels apart"):
@@ -138,7 +146,8 @@ class Scripted:
     def place(self, picture, found):
         number = int(picture[0, 0, 0])
         self.crops.append(found[0])
-        return self.points[number][None], None, np.array([self.present[number] or 0.0])
+        unsure = np.full((1, frames.POINTS), 3.0)  # pixels
+        return self.points[number][None], unsure, np.array([self.present[number] or 0.0])
 
 
 @pytest.fixture
@@ -168,6 +177,7 @@ def test_the_face_is_found_once_and_again_when_lost(script):
     assert np.flatnonzero(~out.found).tolist() == [6, 7]
     np.testing.assert_allclose(out.points[1], detector.points[1], atol=1e-4)
     assert (out.width, out.height) == (SIZE, SIZE)
+    assert out.doubt == pytest.approx(3 / np.median(face_size(out.points[out.found])), rel=0.1)
 
 
 def test_the_crop_stays_until_the_face_has_moved(script):
