@@ -6,11 +6,16 @@ A map covers the front of the ball: azimuthal equidistant around +z, the border 
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
+from bakery.generators.shade import EYES
 from bakery.geometry import rotation
 from bakery.geometry.sample import bilinear
+from bakery.heads.base import PARTS
 
+TONE = 1.2  # mm, over which a painted eye's tone is taken: lids shade it, no finer
+TONES = (0.2, 2.0)  # of the photographed eye
 FIELD = 100.0  # degrees from the optical axis at the middle of each border
 
 
@@ -55,3 +60,44 @@ def look_up(eyes, which, directions, gaze):
     turned = directions @ rotation.yaw_pitch(*gaze)  # the inverse rotation, row vectors
     ball = bilinear(eyes.ball[which], to_map(turned, size))
     return ball, bilinear(eyes.glint[which], to_map(directions, size))
+
+
+def seen_eye(subject, conditions, which, mine):
+    """Ball and glint [n, 3], linear, at the pixels `mine` [H, W] that show one eye."""
+    head, fragments = subject.head, conditions.fragments
+    corners = head.faces[fragments.face[mine]]
+    points = np.einsum("nk,nkc->nc", fragments.barycentric[mine], conditions.vertices[corners])
+    direction = points - head.eye_centers(conditions.vertices)[which]
+    direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-6)
+    return look_up(subject.eyes, which, direction, conditions.gaze)
+
+
+def with_photographed_eyes(subject, conditions, image, per_mm):
+    """Painted eyes with the detail of the photographed ones.
+
+    A network trained on differences paints the mean of where highlights may be: no iris has an edge
+    and no eye a glint. Its tone is right. So the photo's iris and white take on its smooth tone, and
+    the highlight is laid over them.
+
+    Args:
+        image: [H, W, 3] linear, what was painted.
+        per_mm: pixels a mm at the face.
+
+    Returns:
+        colour [H, W, 3] and where it counts [H, W], 0 or 1.
+    """
+    color, where = np.zeros_like(image), np.zeros(image.shape[:2], np.float32)
+    for which, name in enumerate(EYES):
+        mine = conditions.part == PARTS.index(name)
+        if not mine.any():
+            continue
+        ball, glint = seen_eye(subject, conditions, which, mine)
+        sharp, weight = np.zeros_like(image), mine.astype(np.float32)
+        sharp[mine] = ball
+        painted, plain = (
+            cv2.GaussianBlur(picture * weight[..., None], (0, 0), TONE * per_mm)[mine]
+            for picture in (image, sharp)
+        )
+        color[mine] = ball * np.clip(painted / np.maximum(plain, 1e-4), *TONES) + glint
+        where[mine] = 1
+    return color, where

@@ -13,6 +13,7 @@ import numpy as np
 import torch
 
 from bakery.errors import ModelError
+from bakery.generators.eyes import with_photographed_eyes
 from bakery.generators.fold_maps import TINT, FoldMaps
 from bakery.generators.interior import FRAME_SCALE, interior_shade, teeth_relief
 from bakery.generators.lids import with_lids
@@ -80,9 +81,11 @@ class PaganGenerator:
         color, alpha = change[..., 3:6] * relief[..., None], change[..., 6] * face
         if not interior_only:
             color, alpha = with_lids(subject, conditions, color, alpha)
-        image = (
-            conditions.deformed_neutral * ratio * (1 - alpha[..., None]) + color * alpha[..., None]
-        )
+        image = _laid(conditions.deformed_neutral * ratio, color, alpha)
+        if not interior_only:
+            eyes, where = with_photographed_eyes(subject, conditions, image, per_mm)
+            color, alpha = _laid(color, eyes, where), np.maximum(alpha, where)
+            image = _laid(image, eyes, where)
         return Generated(image, ratio, color, alpha)
 
     def paint_scaled(self, layers, zoom):
@@ -130,6 +133,11 @@ class PaganGenerator:
                 outputs = self.network(x.contiguous(memory_format=torch.channels_last))
             parts = torch.cat(parts_of(outputs), 1)[0]
         return parts[:, :height, :width].permute(1, 2, 0).contiguous().numpy()
+
+
+def _laid(under, over, alpha):
+    """One picture [H, W, 3] over another, as far as alpha [H, W] says."""
+    return under * (1 - alpha[..., None]) + over * alpha[..., None]
 
 
 def aligned_photo(subject, conditions):

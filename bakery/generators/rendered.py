@@ -5,7 +5,7 @@ It is the baseline that a trained generator has to beat, and the fallback.
 
 import numpy as np
 
-from bakery.generators.eyes import look_up
+from bakery.generators.eyes import seen_eye
 from bakery.generators.fold_maps import TINT, FoldMaps
 from bakery.generators.lids import with_lids
 from bakery.generators.shade import (
@@ -83,7 +83,7 @@ class RenderedGenerator:
             for which, name in enumerate(EYES):
                 mine = part == PARTS.index(name)
                 if mine.any():
-                    ball, glint = self._eye(subject, conditions, which, mine)
+                    ball, glint = seen_eye(subject, conditions, which, mine)
                     color[mine] = ball * lids[mine][:, None] + glint
 
         mouth = is_part(part, *MOUTH)
@@ -103,12 +103,3 @@ class RenderedGenerator:
             is_part(part, "eye_socket")[..., None], conditions.deformed_neutral * 0.5, color
         )
         return color, inside.astype(np.float32)
-
-    def _eye(self, subject, conditions, which, mine):
-        """Ball and glint colours [n, 3] at the pixels of one eye."""
-        head, fragments = subject.head, conditions.fragments
-        corners = head.faces[fragments.face[mine]]
-        points = np.einsum("nk,nkc->nc", fragments.barycentric[mine], conditions.vertices[corners])
-        direction = points - head.eye_centers(conditions.vertices)[which]
-        direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-6)
-        return look_up(subject.eyes, which, direction, conditions.gaze)
