@@ -9,13 +9,13 @@ from bakery.errors import InputError, ModelError
 from bakery.formats import record
 from bakery.formats.targets import weight_rows
 from bakery.geometry import camera as cameras
-from bakery.geometry.color import to_encoded, to_linear
+from bakery.geometry.color import to_encoded
 from bakery.geometry.fill import smoothstep
 from bakery.heads.base import gaze_of, look
 from bakery.heads.file import load_head
 from bakery.landmarks import face_size
 from bakery.runtime.blend import face_texture
-from bakery.runtime.render import draw, over_gray, over_photo
+from bakery.runtime.render import draw, over_gray, over_photo, portrait_at
 from bakery.stages.condition import face_camera
 from bakery.types import EXPRESSIONS, Fit
 
@@ -102,8 +102,8 @@ def render(avatar, scene):
     frame = draw(avatar, vertices, camera, scene.expression, gaze, scene.dynamic, scene.hair)
     face = np.minimum(frame.alpha, frame.face)
     if scene.view == "photo" and scene.fit is None and avatar.photo is not None:
-        picture = over_photo(avatar, frame, vertices, to_linear(avatar.photo))
-        return to_encoded(picture), face
+        portrait, photo = portrait_at(avatar, camera)
+        return to_encoded(over_photo(portrait, frame, vertices, photo)), face
     return to_encoded(over_gray(frame)), face
 
 

@@ -13,10 +13,10 @@ from bakery.formats.livelink import format_take
 from bakery.formats.work import key_of, work_folder
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
-from bakery.geometry.color import to_encoded, to_linear
+from bakery.geometry.color import to_encoded
 from bakery.heads.base import gaze_of
 from bakery.runtime.player import Player
-from bakery.runtime.render import in_photo, over_photo
+from bakery.runtime.render import in_photo, over_photo, portrait_at
 from bakery.stages.condition import face_camera
 from bakery.stages.fit_gaze import LIMIT
 
@@ -81,12 +81,7 @@ class Stage:
         self.camera = self._camera()
         self.background = None
         if show.view == "photo":
-            import cv2
-
-            size = (self.camera.width, self.camera.height)
-            photo = cv2.resize(avatar.photo, size, interpolation=cv2.INTER_AREA)
-            self.background = to_linear(photo).astype(np.float32)
-            self.portrait = replace(avatar, fit=replace(avatar.fit, camera=self.camera))
+            self.portrait, self.background = portrait_at(avatar, self.camera)
             self.source = in_photo(self.portrait)
 
     def _camera(self):

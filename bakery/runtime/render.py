@@ -1,11 +1,12 @@
 """Draw a frame of an avatar: the clear reference of every player."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
 from bakery.geometry import camera as cameras
+from bakery.geometry.color import to_linear
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear, interpolate
@@ -112,6 +113,25 @@ def in_photo(avatar):
     return cameras.project(
         avatar.head.vertices(avatar.neutral, fit.expression, fit.gaze), fit.camera
     )
+
+
+def portrait_at(avatar, camera):
+    """The portrait in another size.
+
+    Args:
+        avatar: its photo is kept.
+        camera: the portrait's own camera, scaled.
+
+    Returns:
+        the avatar as `over_photo` wants it, and its photo [H, W, 3] float32 linear.
+    """
+    size = (camera.width, camera.height)
+    shrinks = camera.width < avatar.photo.shape[1]
+    photo = cv2.resize(
+        avatar.photo, size, interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
+    )
+    portrait = replace(avatar, fit=replace(avatar.fit, camera=camera))
+    return portrait, to_linear(photo).astype(np.float32)
 
 
 def over_photo(avatar, frame, vertices, linear_photo, source=None):

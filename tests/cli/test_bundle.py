@@ -176,6 +176,7 @@ def test_render(bundle, bakery, tmp_path):
         ),
         (["--view", "-30,10", "--size", "64", "--textures", "static"], (64, 64)),
         (["--view", "photo", "--mask", tmp_path / "m.png"], (480, 400)),
+        (["--view", "photo", "--size", 240], (240, 200)),
         (["--fit", fit], (480, 400)),
     ):
         done = bakery("render", bundle, "-o", tmp_path / "a.png", *options)
