@@ -9,6 +9,7 @@ from bakery.generators.interior import FRAME_SCALE
 from bakery.generators.pagan import NOMINAL
 from bakery.generators.unet import input_layers
 from bakery.geometry.color import to_encoded, to_linear
+from bakery.parallel import side_by_side
 from bakery.synth.pairs import iterate
 
 
@@ -26,17 +27,24 @@ def measure(folder, networks, most=None):
         paGAN, table 1.
     """
     found, subjects = {}, set()
-    for pair in islice(iterate(folder), most):
-        face = pair.face[..., None] / np.float32(255)
-        truth = pair.target / np.float32(255) * face
-        for name, picture in _pictures(pair, networks):
-            found.setdefault(name, []).append(_score(picture * face, truth))
-        subjects.add(pair.subject)
+    pairs = islice(iterate(folder), most)
+    for subject, scores in side_by_side(lambda pair: _scores(pair, networks), pairs):
+        subjects.add(subject)
+        for name, score in scores.items():
+            found.setdefault(name, []).append(score)
     means = {
         name: dict(zip(("mse", "ssim", "psnr"), np.mean(rows, 0).round(4).tolist()))
         for name, rows in found.items()
     }
     return means | {"pairs": len(found["deformed"]), "subjects": len(subjects)}
+
+
+def _scores(pair, networks):
+    """The subject of a pair, and {name: figures} of its target in every way."""
+    face = pair.face[..., None] / np.float32(255)
+    truth = pair.target / np.float32(255) * face
+    ways = _pictures(pair, networks)
+    return pair.subject, {name: _score(picture * face, truth) for name, picture in ways}
 
 
 def _pictures(pair, networks):
