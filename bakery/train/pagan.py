@@ -29,8 +29,8 @@ from bakery.train.pagan_data import NOMINAL, Cropping, Pairs, Samples, tensors
 log = logging.getLogger(__name__)
 # What may change when a run goes on; so a run can begin without a discriminator and get one later.
 FREE = (
-    "steps", "shares", "adversarial_from", "log_every", "save_every", "sheet_every", "workers",
-    "threads", "memory",
+    "steps", "shares", "adversarial", "adversarial_from", "judge_alone", "log_every", "save_every",
+    "sheet_every", "workers", "threads", "memory",
 )  # fmt: skip
 
 
@@ -45,7 +45,9 @@ class PaganOptions:
     pixel: float = 10.0  # weight of the L1 loss, as in paGAN
     identity: float = 0.15  # of the identity loss, as in paGAN; needs features and crop.whole > 0
     adversarial: float = 1.0  # of the adversarial loss, as in paGAN
-    adversarial_from: int = -1  # step from which on there is one; -1: never
+    adversarial_from: int = -1  # step from which on there is a judge; -1: never
+    judge_alone: int = 300  # steps that it learns before the generator hears of it
+    judge_channels: int = 32  # of its first layer
     detail: float = 10.0  # of the L1 loss of gradients
     alpha: float = 0.5  # of the mean alpha on skin
     smooth: float = 0.5  # of the roughness of the ratio on skin
@@ -170,7 +172,7 @@ class _State:
         self.network, self.averaged = (place(UNet(options.network)) for _ in range(2))
         self.averaged.load_state_dict(self.network.state_dict())
         inputs = sum(INPUTS[name] for name in options.network.inputs)
-        self.judge = place(losses.PatchDiscriminator(inputs))
+        self.judge = place(losses.PatchDiscriminator(inputs, options.judge_channels))
         self.features = None if features is None else place(features.eval().requires_grad_(False))
         decay = options.weight_decay
         self.adam = torch.optim.AdamW(self.network.parameters(), weight_decay=decay)
@@ -204,6 +206,11 @@ class _State:
             for group in optimizer.param_groups:
                 group["lr"] = now
 
+    def _opinion(self, judge, conditions, picture, real, counts):
+        with torch.autocast(self.device.type, torch.bfloat16, enabled=self.half):
+            logits = judge(conditions, picture)
+        return losses.judged(logits.float(), real, counts)
+
     def step(self, batch, step, run):
         """Train on one batch of byte tensors; returns the parts of the loss."""
         options = self.options
@@ -230,12 +237,15 @@ class _State:
             face = (weight > 0).float()
             seen = (picture * face for picture in (target, change.picture))
             parts["identity"] = losses.identity_loss(self.features, *(p[whole] for p in seen))
-        adversarial = 0 <= options.adversarial_from < step
-        if adversarial:
-            counts = losses.patch_weight(weight / 255)
-            made = deformed + (change.picture - deformed) * (weight > 0)
-            real = deformed + (target - deformed) * (weight > 0)
-            parts["adversarial"] = losses.judged(judge(x, made), True, counts)
+        judging = 0 <= options.adversarial_from < step
+        heard = judging and step > options.adversarial_from + options.judge_alone
+        if judging:
+            counts = losses.patch_weight(weight)
+            made, real = ((p - deformed) * (weight > 0) for p in (change.picture, target))
+        if heard:
+            self.judge.requires_grad_(False)  # no gradient of its own, nothing to share
+            parts["adversarial"] = self._opinion(self.judge, x, made, True, counts)
+            self.judge.requires_grad_(True)
         loss = sum(getattr(options, name) * value for name, value in parts.items())
         if not torch.isfinite(loss):
             raise ModelError(
@@ -246,10 +256,10 @@ class _State:
         loss.backward()
         torch.nn.utils.clip_grad_norm_(self.network.parameters(), 5.0)
         self.adam.step()
-        if adversarial:
+        if judging:
             self.judge_adam.zero_grad(set_to_none=True)
-            right = losses.judged(judge(x, real), True, counts)
-            wrong = losses.judged(judge(x, made.detach()), False, counts)
+            right = self._opinion(judge, x, real, True, counts)
+            wrong = self._opinion(judge, x, made.detach(), False, counts)
             parts["judge"] = (right + wrong) / 2
             parts["judge"].backward()
             self.judge_adam.step()

@@ -6,6 +6,8 @@ from torch.nn import functional
 
 from bakery.train.pagan_data import UNIT
 
+GAIN = 8.0  # of the changes that the discriminator sees
+
 
 def pixel_loss(picture, target, weight):
     """Mean absolute difference of pictures [B, 3, H, W] 0..1, weighted by [B, 1, H, W]."""
@@ -53,7 +55,10 @@ def restraint(change, weight, skin):
 class PatchDiscriminator(nn.Module):
     """Judges overlapping patches of (conditions, picture): PatchGAN.
 
-    Spectral norm in place of batch norm keeps it from overwhelming a small generator.
+    Spectral norm in place of batch norm keeps it from overwhelming a small generator. It also bounds
+    by how much two pictures can be told apart: a made face differs from the true one by 2% of white,
+    and the cross entropy stayed at log 2. So the judge sees what the picture has changed in the
+    deformed neutral (which is among the conditions), enlarged by GAIN.
 
     References:
         Isola, Zhu, Zhou and Efros, "Image-to-image translation with conditional adversarial
@@ -70,14 +75,18 @@ class PatchDiscriminator(nn.Module):
         layers += [spectral(nn.Conv2d(widths[-1], 4 * channels, 3, 1, 1)), nn.LeakyReLU(0.2)]
         self.layers = nn.Sequential(*layers, nn.Conv2d(4 * channels, 1, 3, 1, 1))
 
-    def forward(self, conditions, picture):
-        """Logits [B, 1, H/8, W/8] of conditions [B, C, H, W] and a picture [B, 3, H, W]."""
-        return self.layers(torch.cat([conditions, picture], 1))
+    def forward(self, conditions, change):
+        """Logits [B, 1, H/8, W/8] of conditions [B, C, H, W] and a change [B, 3, H, W]."""
+        return self.layers(torch.cat([conditions, GAIN * change], 1))
 
 
 def patch_weight(weight):
-    """Weights [B, 1, H, W] for the patches of a discriminator: a patch counts if it shows face."""
-    return (functional.avg_pool2d(weight, 8) > 0.25 * UNIT / 255).float()
+    """Weights of a discriminator's patches from those of pixels [B, 1, H, W], 0..255.
+
+    Only mouth and eyes count, by how much more than skin their pixels do. Skin carries the photo's
+    own pores; what its true picture adds to them is noise, and no one should learn to paint that.
+    """
+    return (functional.avg_pool2d(weight, 8) / UNIT - 1).clamp_min(0)
 
 
 def judged(logits, real, weight):

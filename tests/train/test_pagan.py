@@ -16,7 +16,7 @@ from bakery.generators.unet import Change, NetworkOptions
 from bakery.heads.base import PARTS
 from bakery.synth.pairs import PaintedPair, write_shard
 from bakery.train import pagan, pagan_data, pagan_losses
-from bakery.train.pagan_data import Cropping, Pairs, Samples, tensors
+from bakery.train.pagan_data import UNIT, Cropping, Pairs, Samples, tensors
 from bakery.train.pagan_export import export
 
 SIDE = 64
@@ -153,6 +153,13 @@ def test_restraint_is_cheap_inside_the_mouth():
     assert rough == 0
 
 
+def test_patches_of_the_mouth_are_judged():
+    weight = torch.full((1, 1, 8, 24), float(UNIT))
+    weight[..., 8:16] *= 4  # a mouth
+    weight[..., 16:] = 0  # no face
+    assert_allclose(pagan_losses.patch_weight(weight), [[[[0, 3, 0]]]])
+
+
 def test_discriminator_learns_to_tell():
     torch.manual_seed(0)
     judge = pagan_losses.PatchDiscriminator(2, 8)
@@ -181,7 +188,7 @@ def test_a_run_learns_and_ships(shards, tmp_path):
 
 def test_a_stopped_run_goes_on_with_the_same_curve(shards, tmp_path):
     whole, parts = tmp_path / "whole", tmp_path / "parts"
-    chosen = options(steps=4, adversarial_from=1)
+    chosen = options(steps=4, adversarial_from=1, judge_alone=1, judge_channels=8)
     list(pagan.train(whole, [shards], chosen))
     stopped = pagan.train(parts, [shards], chosen)
     for _ in range(2):  # stopped behind its checkpoint of step 2
