@@ -141,7 +141,7 @@ def identity(portraits, head, features):
 
 for command in (
     evaluate_generator.generator, evaluate_generator.painted, evaluate_generator.times,
-    evaluate_generator.detail,
+    evaluate_generator.keys, evaluate_generator.detail,
     evaluate_motion.track, evaluate_motion.animate,
 ):  # fmt: skip
     evaluate.add_command(command)

@@ -1,4 +1,4 @@
-"""`bakery evaluate generator`, `painted` and `times`: the generators, measured."""
+"""`bakery evaluate generator`, `painted`, `keys`, `times` and `detail`: the generators, measured."""
 
 import json
 from pathlib import Path
@@ -68,6 +68,22 @@ def painted(pairs, weights, most):
     from bakery.evaluate import generator_painted
 
     _line(generator_painted.measure(pairs, _networks(weights), most))
+
+
+@click.command(cls=options.Command)
+@click.argument("photos", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Picture.")
+@click.option("--yaw", default=0.0, type=click.FloatRange(-60, 60), help="Degrees that they turn.")
+@options.head
+@options.generator
+@options.overwrite
+def keys(photos, output, yaw, head, generator, overwrite):
+    """The six key expressions of PHOTOS beside them, with eyes and mouths, to look at."""
+    from bakery.evaluate.generator_sheet import sheet
+    from bakery.formats.image import write_image
+
+    options.may_write(output, overwrite)
+    write_image(output, sheet(photos, head, generator, yaw) / 255.0, 92)
 
 
 @click.command(cls=options.Command)
