@@ -141,8 +141,12 @@ def _laid(under, over, alpha):
 
 
 def aligned_photo(subject, conditions):
-    """The neutral photo moved to where the target's face is: [H, W, 3] uint8."""
-    pixels = cameras.project(subject.head.landmarks(conditions.vertices)[:FACE], conditions.camera)
+    """The neutral photo moved to where the target's head is: [H, W, 3] uint8.
+
+    By the neutral shape, as painted pairs are framed: by the target's own, a jaw that opens would
+    move the photo over the face, and shades of skin with it.
+    """
+    pixels = cameras.project(subject.head.landmarks(subject.neutral)[:FACE], conditions.camera)
     low, high = pixels.min(0), pixels.max(0)
     side = subject.photo.shape[0]
     scale = (high[1] - low[1]) / (PHOTO_SHARE * side)
