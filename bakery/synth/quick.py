@@ -129,7 +129,7 @@ def paint(figure, expression, gaze, camera, supersample=1.5):
     )  # fmt: skip
     seen = found.face >= 0
     number = np.where(seen, faces[found.face], 0).astype(np.int32)
-    kind = np.where(seen, head.face_part[number], -1).astype(np.int16)
+    kind = np.where(seen, head.face_part[number].astype(np.int16), -1)
     fragments = type(found)(
         np.where(seen, number, -1).astype(np.int32), found.barycentric, found.depth
     )

@@ -111,6 +111,7 @@ def test_blink_hides_the_eyes(stage, pairs):
 
     figure, camera, _ = draw_figure(np.random.default_rng(2), stage, [], SMALL)
     _, kind = quick.paint(figure, both_sides({"eyeBlink": 1.0}), np.zeros(2), camera, 1)
+    assert kind[0, 0] == -1  # nobody in the corner
     assert not np.isin(kind, [PARTS.index("eye_left"), PARTS.index("eye_right")]).any()
 
 
