@@ -13,6 +13,7 @@ from bakery.errors import InputError
 from bakery.formats import video
 from bakery.generators.planes import NONE
 from bakery.generators.shade import is_part
+from bakery.generators.steady import SteadyGenerator
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import to_encoded
@@ -134,8 +135,7 @@ def _changed(deformed, layers, affine):
 def film(sitter, take, generator, output, view=(0.0, 0.0), frames=None, progress=None):
     """Paint every frame of a take into a video.
 
-    Each frame is painted from its own conditions; that nothing flickers is the network's doing, for
-    it sees one picture at a time and has no memory.
+    Each frame is painted from its own conditions; `generators.steady` keeps it near the last one.
 
     Args:
         take: formats.livelink.Take.
@@ -158,6 +158,7 @@ def film(sitter, take, generator, output, view=(0.0, 0.0), frames=None, progress
         sitter.neutral.fit, sitter.head, sitter.subject.neutral, *view, share=FILM_SHARE
     )
     show = progress or (lambda step, done, total: None)
+    steady = SteadyGenerator(generator)
 
     def pictures():
         for k in range(len(chosen)):
@@ -171,7 +172,7 @@ def film(sitter, take, generator, output, view=(0.0, 0.0), frames=None, progress
                 gaze,
                 camera,
             )
-            image = generator.generate(sitter.subject, seen).image
+            image = steady.generate(sitter.subject, seen).image
             yield np.round(_shown(sitter, seen, image)[0] * 255).astype(np.uint8)
             show("generate", k + 1, len(chosen))
 

@@ -56,7 +56,7 @@ def generator(portraits, head, weights, pictures, only, take):
         _line(measures.summary(results))
         _line({"identity": measures.identity(results, load_features())})
     if take:
-        _line({"flicker": measures.flicker(portraits, model, take, networks["network"], only)})
+        _line({"flicker": measures.flicker(portraits, model, take, painters, only)})
 
 
 @click.command(cls=options.Command)

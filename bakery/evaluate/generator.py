@@ -19,6 +19,7 @@ from bakery.formats.livelink import read_take
 from bakery.generators.identity import features_of
 from bakery.generators.planes import NONE
 from bakery.generators.shade import is_part
+from bakery.generators.steady import SteadyGenerator
 from bakery.geometry.color import to_encoded
 from bakery.geometry.fill import diffuse
 from bakery.geometry.sample import bilinear, interpolate
@@ -157,11 +158,22 @@ def everybody(portraits, head, painters, pictures=None, only=None):
         yield result
 
 
-def flicker(portraits, head, take, painter, only=None, first=60, count=48):
-    """Flicker of a take painted from the first person's photo, see `generator_motion.flicker`."""
+def flicker(portraits, head, take, painters, only=None, first=60, count=48):
+    """Flicker of a take painted from the first person's photo, as `bakery generate` shows it.
+
+    Args:
+        painters: {name: Generator}.
+
+    Returns:
+        {name: what `generator_motion.flicker` found}.
+    """
     chosen = [pair for pair in pairs(portraits) if not only or pair.name in only][0]
     sitter = Sitter(chosen.neutral, landmarks_of(chosen.neutral_points), head)
-    return generator_motion.flicker(sitter, read_take(take), painter, first, count)
+    played = read_take(take)
+    return {
+        name: generator_motion.flicker(sitter, played, SteadyGenerator(painter), first, count)
+        for name, painter in painters.items()
+    }
 
 
 def summary(results):

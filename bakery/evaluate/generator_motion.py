@@ -3,10 +3,9 @@
 import numpy as np
 
 from bakery import portrayal
-from bakery.generators.planes import NONE
-from bakery.geometry import camera as cameras
+from bakery.generators.steady import followed
 from bakery.geometry.color import to_encoded
-from bakery.geometry.sample import bilinear, interpolate
+from bakery.geometry.sample import bilinear
 from bakery.heads.base import gaze_of
 from bakery.stages.condition import condition, face_camera
 
@@ -15,41 +14,57 @@ def flicker(sitter, take, generator, first, count):
     """Mean change from frame to frame at points of the surface, in levels of 255.
 
     The mesh says where each point goes, so motion itself does not count; a point counts if the next
-    frame shows the same place of the face there.
+    frame shows the same place of the face there. Light that comes and goes with an expression (teeth
+    as the mouth opens) counts. In "jitter" it does not: that is how far a point is from the middle
+    between the frames before and after.
 
     Args:
         sitter: sitter.Sitter; take: formats.livelink.Take.
         first, count: frames of the take.
 
     Returns:
-        dict: "conditions" (the deformed neutral), "generated", and their "ratio".
+        dict: "conditions" (the deformed neutral), "generated", and their "ratio"; "jitter": a dict
+        of the same three.
     """
+    changes, jitters = ({"conditions": [], "generated": []} for _ in range(2))
+    older = before = None
+    for now in _frames(sitter, take, generator, first, count):
+        if before is not None:
+            after, seen = _changes(sitter.head, before, now)
+            for name, change in after.items():
+                changes[name].append(np.abs(change)[seen].mean() * 255)
+        if older is not None:
+            back, seen_back = _changes(sitter.head, before, older)
+            for name, change in after.items():
+                bent = np.abs(change + back[name])[seen & seen_back] / 2
+                jitters[name].append(bent.mean() * 255)
+        older, before = before, now
+    return _means(changes) | {"jitter": _means(jitters)}
+
+
+def _frames(sitter, take, generator, first, count):
+    """Conditions of each frame, and its pictures [H, W, 3] float32 sRGB-encoded by name."""
     weights, turns, eyes = take.at(np.arange(first, first + count) / take.rate)
     subject = sitter.subject
     still = face_camera(sitter.neutral.fit, sitter.head, subject.neutral)
-    before, changes = None, {"conditions": [], "generated": []}
     for k in range(count):
         gaze = gaze_of(weights[k]).mean(0) if eyes is None else eyes[k].mean(0)
         camera = portrayal.turned(sitter, still, turns[k])
         seen = condition(sitter.head, subject.neutral, subject.texture, weights[k], gaze, camera)
-        pictures = {
-            "conditions": to_encoded(np.clip(seen.deformed_neutral, 0, 1)),
-            "generated": to_encoded(np.clip(generator.generate(subject, seen).image, 0, 1)),
-        }
-        if before is not None:
-            there, same = _followed(sitter.head, before[0], seen)
-            for name, found in changes.items():
-                moved = bilinear(pictures[name].astype(np.float32), there)
-                found.append(np.abs(moved - before[1][name])[same].mean() * 255)
-        before = seen, pictures
-    out = {name: float(np.mean(found)) for name, found in changes.items()}
-    return out | {"ratio": out["generated"] / out["conditions"]}
+        made = generator.generate(subject, seen).image
+        pictures = {"conditions": seen.deformed_neutral, "generated": made}
+        yield (
+            seen,
+            {n: to_encoded(np.clip(p, 0, 1)).astype(np.float32) for n, p in pictures.items()},
+        )
 
 
-def _followed(head, old, new):
-    """Where the surface at each pixel [H, W, 2] of a frame lies in the next; which show it [H, W]."""
-    place = interpolate(old.fragments, new.vertices[head.faces])
-    there = cameras.project(place, new.camera)
-    uv, new_uv = (interpolate(c.fragments, head.uv[head.uv_faces]) for c in (old, new))
-    apart = np.abs(bilinear(new_uv, there) - uv).max(-1)
-    return there.astype(np.float32), (old.part != NONE) & (apart < 0.005)
+def _changes(head, here, other):
+    """How another frame's pictures differ along the surface [H, W, 3], by name; where they show it."""
+    there, same = followed(head, here[0], other[0])
+    return {name: bilinear(other[1][name], there) - own for name, own in here[1].items()}, same
+
+
+def _means(found):
+    out = {name: float(np.mean(values)) if values else 0.0 for name, values in found.items()}
+    return out | {"ratio": out["generated"] / max(out["conditions"], 1e-6)}

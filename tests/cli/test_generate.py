@@ -1,5 +1,8 @@
 """`bakery generate`: views, expressions, another photo's fit, wrong options."""
 
+from dataclasses import replace
+
+import cv2
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -7,6 +10,7 @@ from numpy.testing import assert_allclose
 from bakery import portrayal
 from bakery.errors import InputError
 from bakery.formats.image import read_photo
+from bakery.formats.livelink import Take
 from bakery.formats.record import read_faces
 from bakery.heads.base import gaze_of
 from bakery.sitter import Sitter
@@ -15,6 +19,8 @@ from bakery.types import EXPRESSION_INDEX, Generated
 
 class Unchanged:
     """A generator that changes nothing."""
+
+    name, source_type = "unchanged", "compositeSynthetic"
 
     def generate(self, subject, conditions, interior_only=False):
         base = conditions.deformed_neutral
@@ -58,6 +64,26 @@ def test_change_is_laid_where_it_was_painted(sitter):
     face = np.s_[200:300, column - 40 : column - 4], np.s_[200:300, column + 4 : column + 40]
     assert (half[face[0]] - plain[face[0]]).mean() > 0.1
     assert_allclose(half[face[1]], plain[face[1]], atol=1e-3)
+
+
+def test_a_film_does_not_flicker_as_its_painter_does(sitter, tmp_path):
+    """Light that goes to and fro by 4%, on a face that does not move."""
+
+    class Nervous(Unchanged):
+        gain = 1.0
+
+        def generate(self, subject, conditions, interior_only=False):
+            made = super().generate(subject, conditions)
+            self.gain = 2.04 - self.gain
+            return replace(made, image=made.image * self.gain, ratio=made.ratio * self.gain)
+
+    take = Take(np.arange(6) / 30, np.zeros((6, 52), np.float32), np.zeros((6, 3)), None)
+    portrayal.film(sitter, take, Nervous(), tmp_path / "still.mp4", frames=slice(0, 6))
+    clip = cv2.VideoCapture(str(tmp_path / "still.mp4"))
+    frames = np.stack([clip.read()[1] for _ in range(6)])[:, 200:300, 220:290]
+    assert frames.shape[1:] == (100, 70, 3) and frames.mean() > 60
+    light = frames.mean((1, 2, 3))
+    assert np.abs(np.diff(light)).max() < 0.006 * light.mean()  # unsteady: 4% / 2.2
 
 
 def test_a_view_turns_the_head(sitter):

@@ -108,6 +108,20 @@ def test_a_painter_that_flickers_is_found_out(still):
     sitter, take = still
     found = generator_motion.flicker(sitter, take, Nervous(1.0), 0, 3)
     assert found["generated"] > 5 and found["ratio"] > 10
+    # To and fro: the middle between the frames around is as far as the frames themselves.
+    assert found["jitter"]["generated"] == pytest.approx(found["generated"], rel=0.1)
+
+
+def test_light_that_comes_steadily_is_no_jitter(still):
+    class Dawn(Painter):
+        def generate(self, subject, conditions, interior_only=False):
+            self.gain += 0.05
+            return super().generate(subject, conditions, interior_only)
+
+    sitter, take = still
+    found = generator_motion.flicker(sitter, take, Dawn(0.8), 0, 4)
+    assert found["generated"] > 2
+    assert found["jitter"]["generated"] < 0.1 * found["generated"]
 
 
 def network():
