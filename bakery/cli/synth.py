@@ -29,6 +29,23 @@ def samples(names, output, head):
         click.echo(path)
 
 
+@synth.command("failures", cls=options.Command)
+@click.argument("names", nargs=-1)
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")
+@options.head
+def failures(names, output, head):
+    """Paint portraits that no good avatar can come from, or those of NAMES.
+
+    \b
+    bakery synth failures -o runs/failures
+    """
+    from bakery.heads.file import load_head
+    from bakery.synth.failures import write
+
+    for path in write(load_head(head), output, names or None):
+        click.echo(path)
+
+
 @synth.command("training", cls=options.Command)
 @click.option("-n", "--count", required=True, type=click.IntRange(1), help="Pictures.")
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from bakery import landmarks as marks
 from bakery.geometry import rotation
 from bakery.geometry.color import LUMA, to_linear
-from bakery.stages.segment import SKIN, occlusion
+from bakery.stages.segment import EYES, GLASSES, HIDDEN, SKIN, occlusion
 from bakery.types import EXPRESSION_INDEX
 
 FACE = 256  # pixels that the face is scaled to, so that measures do not depend on its size
@@ -15,23 +16,41 @@ SIDES = {  # eye: outer corner, inner corner, two points of the upper lid and tw
     "right": (33, 133, (159, 158), (145, 153)),
     "left": (263, 362, (386, 385), (374, 380)),
 }
+RESTING_MOUTH = 0.602  # of the distance of the outer eye corners, the widest of london/train
+PARTS = (  # of the face, each hidden by itself, and the side it lies on: +1 left, -1 right
+    (np.concatenate([marks.EYE_LEFT, marks.BROW_LEFT]), 1),
+    (np.concatenate([marks.EYE_RIGHT, marks.BROW_RIGHT]), -1),
+    (marks.LIPS, 0),
+    (np.array([397, 365, 379, 378, 400, 377, 152]), 1),
+    (np.array([172, 136, 150, 149, 176, 148, 152]), -1),
+)
+ASIDE, AWAY = 0.2, 0.34  # sine of a head's turn from which its far side, its whole jaw is unsure
 
 
 @dataclass(frozen=True)
 class Limits:
     """Where warnings begin: beyond what neutral, evenly lit portraits of london/train measure."""
 
-    expression: float = 0.3  # weight of what is not neutral, see `_expression`; neutral: up to 0.2
-    open_mouth: float = 0.06  # gap between the lips over the mouth's width; neutral: up to 0.01
+    expression: float = 0.42  # weight of what is not neutral, see `_expression`; neutral: up to 0.4
+    # gap between the lips over the mouth's width; neutral: up to 0.11 (full dark lips), most 0.05
+    open_mouth: float = 0.12
     yaw: float = 20.0  # degrees
     pitch: float = 20.0  # degrees
     closed_eyes: float = 0.13  # at least: lid opening over the eye's width; neutral: from 0.21
     glasses: float = 0.04  # share of the eye region
     hair: float = 0.05  # share of the face; neutral: up to 0.01
+    hidden: float = 0.02  # share of the face; neutral: 0
+    # at least: landmarks of one part of the face are as sure as this times those of the surest;
+    # neutral: from 0.88, a painted hand before the chin: up to 0.84
+    covered: float = 0.85
     shadow: float = 1.0  # stops between the halves of the face; neutral: up to 0.3
-    blur: float = (
-        0.06  # at least: see `sharpness`; sharp: from 0.19, blurred by 0.8% of the face: 0.06
+    cast_shadow: float = (
+        0.03  # share of plain skin, see `fit_photo.dark_share`; neutral: up to 0.02
     )
+    dark: float = 0.3  # at least: white of the brighter eye, encoded; neutral: from 0.4
+    small: float = 200.0  # at least: pixels that the face is large; the texture shows it at 500
+    # at least: see `sharpness`; sharp: from 0.11, blurred by 0.4 (0.8)% of the face up to 0.07 (0.01)
+    blur: float = 0.03
 
 
 @dataclass(frozen=True)
@@ -63,10 +82,15 @@ def assess(photo, landmarks, fit, segmentation, limits=Limits()):
         ("yaw", 1, "the head is turned; one side of the face is made up from the other"),
         ("pitch", 1, "the head is tilted up or down; chin or forehead is made up"),
         ("closed_eyes", -1, "an eye is nearly closed; its iris cannot be read"),
-        ("glasses", 1, "glasses cover the eyes; they would be baked into the skin"),
+        ("glasses", 1, "glasses are before the eyes; skin is made up, what lenses mirror stays"),
         ("hair", 1, "hair covers the face; the skin below it is made up"),
+        ("hidden", 1, "hair or a deep shadow hides one side; it is made up from the other"),
+        ("covered", -1, "something is before the face, as a hand; it is baked into the skin"),
         ("shadow", 1, "one side of the face is in shadow; the shadow stays in the texture"),
-        ("blur", -1, "the face is blurred or small; the texture has no pores"),
+        ("cast_shadow", 1, "a hard shadow or a dark thing lies on the face; it stays there"),
+        ("dark", -1, "the face or its eyes are too dark; grain and false colours stay"),
+        ("small", -1, "the face is small; the texture is soft and has no pores"),
+        ("blur", -1, "the face is blurred; the texture has no pores"),
     )
     found = []
     for code, sign, message in checks:
@@ -81,22 +105,27 @@ def measure(photo, landmarks, fit, segmentation):
     forward = rotation.matrix(fit.camera.rotation)[:, 2]
     hidden = occlusion(segmentation, landmarks.points)
     return {
-        "expression": _expression(fit.expression),
+        "expression": _expression(fit.expression, landmarks.points),
         "open_mouth": _gap(landmarks.points),
         "yaw": abs(float(np.degrees(np.arctan2(forward[0], forward[2])))),
         "pitch": abs(float(np.degrees(np.arcsin(np.clip(forward[1], -1, 1))))),
         "closed_eyes": min(_opening(landmarks.points, side) for side in SIDES.values()),
         "glasses": hidden["glasses"],
         "hair": hidden["hair"],
+        "hidden": hidden["hidden"],
+        "covered": _sureness(landmarks, segmentation.labels, forward[0]),
+        "cast_shadow": fit.diagnostics.get("shadow_share", 0.0),
+        "dark": _white(photo, landmarks.points, segmentation.labels),
         **_pixels(photo, landmarks, segmentation),
     }
 
 
-def _expression(weights):
+def _expression(weights, points):
     """How far from neutral: the shapes of a smile together, or the strongest other shape.
 
-    Other shapes count half, for fits use them to mend the identity; brows that are up count for
-    nothing, since they cannot be told from high brows.
+    Other shapes count half, for fits use them to mend the identity, and so does the smile of a
+    mouth no wider than resting ones are; brows that are up count for nothing, since they cannot be
+    told from high brows.
     """
 
     def sides(name):
@@ -107,7 +136,8 @@ def _expression(weights):
     others += [
         float(weights[EXPRESSION_INDEX[n]]) for n in ("mouthPucker", "mouthFunnel", "cheekPuff")
     ]
-    return max(smile, max(others) / 2)
+    wide = np.linalg.norm(np.subtract(*points[marks.MOUTH_CORNERS])) / marks.face_size(points)
+    return max(smile if wide > RESTING_MOUTH else smile / 2, max(others) / 2)
 
 
 def _gap(points):
@@ -121,8 +151,40 @@ def _opening(points, side):
     return float(np.mean(gaps) / np.linalg.norm(points[outer] - points[inner]))
 
 
+def _sureness(landmarks, labels, aside):
+    """How sure the landmarks of the least sure part of the face are, over those of the surest.
+
+    Parts that glasses cover do not count. Nothing is said of a head that is turned far, or whose
+    one side is hidden: both have findings of their own.
+
+    Args:
+        aside: sine of the turn of the head to the picture's right.
+    """
+    place = np.clip(landmarks.points[:, ::-1].astype(int), 0, np.subtract(labels.shape, 1))
+    shown = labels[tuple(place.T)]
+    if abs(aside) > AWAY or (shown == HIDDEN).any():
+        return 1.0
+    near = [part for part, side in PARTS if side * aside < 0 or abs(aside) < ASIDE]
+    bare = [part for part in near if not (shown[part] == GLASSES).any()]
+    means = [float(landmarks.confidence[part].mean()) for part in bare]
+    return min(means) / max(*means, 1e-6) if means else 1.0
+
+
+def _white(photo, points, labels):
+    """Encoded luma of the white of the brighter eye; 1 if none is seen."""
+    seen = [1.0]
+    for lids in marks.EYES:
+        low = np.maximum(np.floor(points[lids].min(0)).astype(int), 0)
+        high = np.ceil(points[lids].max(0)).astype(int) + 1
+        cut = (slice(low[1], high[1]), slice(low[0], high[0]))
+        eye = photo.encoded[cut][labels[cut] == EYES]
+        if len(eye):
+            seen.append(float(np.percentile(eye @ LUMA, 85)))
+    return max(seen[1:] or seen)
+
+
 def _pixels(photo, landmarks, segmentation):
-    """Shadow and sharpness of the face."""
+    """Shadow, size and sharpness of the face."""
     points = landmarks.points[:468]
     low, high = points.min(0), points.max(0)
     scale = FACE / float((high - low).max())
@@ -141,6 +203,7 @@ def _pixels(photo, landmarks, segmentation):
     inside = cv2.erode(hull, np.ones((9, 9), np.uint8)) > 0
     return {
         "shadow": _shadow(face, skin & inside, landmarks.points @ matrix[:, :2].T + matrix[:, 2]),
+        "small": float((high - low).max()),
         "blur": sharpness(face, inside),
     }
 
@@ -160,9 +223,14 @@ def _shadow(face, skin, points):
 
 
 def sharpness(face, inside):
-    """Fine detail of a face scaled to 256 pixels: what a blur of one pixel takes away, over contrast."""
+    """Fine detail of a face scaled to 256 pixels: what a blur of one pixel takes away, over contrast.
+
+    Only as far as its strongest 1% stand out of the rest: grain does not make a picture sharp. The
+    99th percentile of Gaussian noise is 3.8 times its median.
+    """
     grey = cv2.cvtColor(face, cv2.COLOR_RGB2GRAY)
-    detail = grey - cv2.GaussianBlur(grey, (0, 0), 1.0)
     if not inside.any():
         return 0.0
-    return float(np.percentile(np.abs(detail[inside]), 95) / max(np.std(grey[inside]), 0.02))
+    detail = np.abs(grey - cv2.GaussianBlur(grey, (0, 0), 1.0))[inside]
+    strong = np.percentile(detail, 99) - 3.8 * np.median(detail)
+    return float(strong / max(np.std(grey[inside]), 0.02))

@@ -128,7 +128,7 @@ class Photometry:
     appearance: Appearance
     residual: float  # mean length of the colour difference, linear, over the trusted samples
     samples: int  # how many samples the camera saw
-    shadow: float  # share of them that are far darker than smooth light makes them
+    shadow: float  # share of those on plain skin that are far darker than smooth light makes them
     steps: tuple[int, ...]  # Gauss-Newton steps at each level
 
 
@@ -275,11 +275,12 @@ def start_appearance(energy, state, rounds=4):
 
 
 def dark_share(energy, state, residual):
-    """Share of the seen samples whose colour is below DARK of what smooth light gives them."""
+    """Share of the seen plain skin whose colour is below DARK of what smooth light gives it."""
     turned = energy.corners(state.shape) @ rotation.matrix(state.camera.rotation).T
     pixels = cameras.project_camera(turned.mean(1) + state.camera.translation, state.camera)
     level = energy.level
     color = sample(level.image, (pixels - [level.left, level.top]) * level.scale)
     expected = (color - residual) @ LUMA
     dark = color @ LUMA < DARK * np.maximum(expected, 1e-3)
-    return float((energy.trust * dark).sum() / energy.trust.sum())
+    trust = energy.trust * energy.samples.plain
+    return float((trust * dark).sum() / max(trust.sum(), 1.0))

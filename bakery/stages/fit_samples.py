@@ -16,6 +16,13 @@ from bakery.stages import fit_points as groups
 FACING = 0.25  # cosine of the flattest skin whose colour is believed
 HIDDEN = 6.0  # mm behind what the camera sees there: occluded
 CLEAR = 1.25  # contours of eyes and mouth are grown by this before skin inside them is left out
+# Landmarks around what is darker than plain skin in any light, and by how much they are grown.
+DARKER = (
+    (np.concatenate([marks.BROW_LEFT, marks.EYE_LEFT]), 1.2),
+    (np.concatenate([marks.BROW_RIGHT, marks.EYE_RIGHT]), 1.2),
+    (marks.LIPS_OUTER, 1.25),
+    (np.array([48, 49, 98, 2, 1, 327, 279, 278]), 1.15),
+)
 OPENINGS = (
     (marks.LID_LEFT_UPPER, marks.LID_LEFT_LOWER),
     (marks.LID_RIGHT_UPPER, marks.LID_RIGHT_LOWER),
@@ -31,6 +38,7 @@ class Samples:
     basis: np.ndarray  # [N, 9, I + E'] float32: the corners' coordinates by the unknowns
     albedo_mean: np.ndarray  # [N, 3]
     albedo_modes: np.ndarray  # [N, 3, A]
+    plain: np.ndarray  # [N] bool: well inside the face, off brows, eyes, nostrils and lips
 
 
 @dataclass(frozen=True)
@@ -64,6 +72,7 @@ def choose_samples(head, model, basis, count):
             albedo_modes=np.ascontiguousarray(
                 modes[:, chosen].mean(2).transpose(1, 2, 0), np.float32
             ),
+            plain=_plain(fit_albedo.vertex_chart(head, basis)[chosen].mean(1), basis.layout),
         )
     return kept[key]
 
@@ -89,6 +98,16 @@ def _even_faces(head, basis, count):
         few = len(np.unique(cells(middle))) <= count
         low, high = (middle, high) if few else (low, middle)
     return faces[candidates[np.unique(cells(low), return_index=True)[1]]]
+
+
+def _plain(centers, layout):
+    """Which places [N, 2] of the chart are plain skin: [N] bool."""
+
+    def inside(landmarks, scale):
+        ring = cv2.convexHull(layout[landmarks].astype(np.float32))[:, 0]
+        return _within(centers, (ring - ring.mean(0)) * scale + ring.mean(0))
+
+    return inside(marks.OVAL, 0.9) & ~np.any([inside(*what) for what in DARKER], 0)
 
 
 def _within(points, polygon):

@@ -16,10 +16,10 @@ from bakery import landmarks
 from bakery.check import check_array
 from bakery.stages import segment_prior as prior
 from bakery.stages.segment_models import LAB_BINS, GuidedFilter, histogram, lab_bins
-from bakery.stages.segment_overlays import find_glasses, find_strands
+from bakery.stages.segment_overlays import find_cover, find_glasses, find_lenses, find_strands
 
-LABELS = ("background", "skin", "hair", "clothes", "glasses", "eyes", "lips", "mouth")
-BACKGROUND, SKIN, HAIR, CLOTHES, GLASSES, EYES, LIPS, MOUTH = range(len(LABELS))
+LABELS = ("background", "skin", "hair", "clothes", "glasses", "eyes", "lips", "mouth", "hidden")
+BACKGROUND, SKIN, HAIR, CLOTHES, GLASSES, EYES, LIPS, MOUTH, HIDDEN = range(len(LABELS))
 
 TEXTURE_BINS = 16
 _SURE_SKIN = np.float32([[0], [1], [0], [0]])
@@ -83,8 +83,8 @@ def occlusion(segmentation, points):
         points: [478, 2] pixels.
 
     Returns:
-        dict of shares 0..1: `hair` of the face contour's inside, `forehead_hair` of its part above
-        the brows, `glasses` of the region of the eyes, from brow to mid-nose.
+        dict of shares 0..1: `hair` and `hidden` of the face contour's inside, `forehead_hair` of
+        its part above the brows, `glasses` of the region of the eyes, from brow to mid-nose.
     """
     points = np.asarray(points, np.float64)[:, :2]
     height, width = segmentation.labels.shape
@@ -105,6 +105,7 @@ def occlusion(segmentation, points):
 
     return {
         "hair": share(HAIR, face),
+        "hidden": share(HIDDEN, face),
         "forehead_hair": share(HAIR, forehead),
         "glasses": share(GLASSES, eyes),
     }
@@ -176,7 +177,7 @@ def _classify(small, points, rounds):
     """Shares of background, skin, hair and clothes in the face frame.
 
     Returns:
-        shares [4, SIZE, SIZE]; known [2, SIZE, SIZE] bool: surely face, surely glasses.
+        shares [4, SIZE, SIZE]; known [3, SIZE, SIZE] bool: surely face, surely glasses, hidden.
     """
     angle, radius = prior.polar(points[landmarks.OVAL])
     lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB)
@@ -243,9 +244,11 @@ def _classify(small, points, rounds):
     shares = _settle_islands(shares, lightness, angle, radius, seed)
     strands = find_strands(lightness, shares[HAIR] > 0.5, points, radius) & ~face
     shares[:, strands] = _SURE_HAIR
-    glasses = find_glasses(lightness, points, radius)
-    shares[:, glasses] = 0
-    return shares, np.stack([face & ~glasses, glasses])
+    glasses = find_glasses(lightness, points, radius) | find_lenses(small, points, radius)
+    hidden = find_cover(small, colors, expected[HAIR] > 0.55, seed & ~glasses, radius)
+    hidden &= (radius < 1) | ((radius < 1.25) & (shares[SKIN] > 0.5))
+    shares[:, glasses | hidden] = 0
+    return shares, np.stack([face & ~glasses & ~hidden, glasses, hidden & ~glasses])
 
 
 def _bare_brows(skin, points):
@@ -361,7 +364,7 @@ def _enlarge(part, small, to_frame, shares, known, points, options):
     model = back(GuidedFilter(np.stack(cv2.split(small)), 2, 1e-4).coefficients(shares[SKIN]))
     refined = np.einsum("ijk,ijk->ij", model[..., :3], part) + model[..., 3]
 
-    face, glasses = known
+    face, glasses, hidden = known
     solid = (shares[SKIN] > 0.5).astype(np.uint8)
     distance = cv2.distanceTransform(solid, cv2.DIST_L2, cv2.DIST_MASK_5) / prior.FACE
     rim = np.clip((distance - options.rim) / options.feather, 0, 1)
@@ -373,13 +376,16 @@ def _enlarge(part, small, to_frame, shares, known, points, options):
     labels = np.where(hair > clothes, np.uint8(HAIR), np.uint8(CLOTHES))
     labels[np.maximum(hair, clothes) < 85] = BACKGROUND
     labels[(refined > 0.5) | (face > 127)] = SKIN
-    if glasses.any():
-        labels[back([coarse(glasses)]) > 127] = GLASSES
+    for found, label in ((glasses, GLASSES), (hidden, HIDDEN)):
+        if found.any():
+            labels[back([coarse(found)]) > 127] = label
+    seen = (labels != HIDDEN) & (labels != GLASSES)
+    shown = labels.copy()
     for label, contours in (
         (EYES, (landmarks.EYE_RIGHT, landmarks.EYE_LEFT)),
         (LIPS, (landmarks.LIPS_OUTER,)),
         (MOUTH, (landmarks.LIPS_INNER,)),
     ):
         for contour in contours:
-            _draw_polygon(labels, points[list(contour)], label)
-    return labels, skin
+            _draw_polygon(shown, points[list(contour)], label)
+    return np.where(seen, shown, labels), skin

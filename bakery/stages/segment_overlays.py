@@ -1,22 +1,30 @@
-"""Find thin dark things that lie over the skin: frames of glasses and strands of hair."""
+"""Find what lies over the skin: glasses, strands of hair, and whatever darkens one side."""
 
 import cv2
 import numpy as np
 
 from bakery import landmarks
 from bakery.stages import segment_prior as prior
+from bakery.stages.segment_models import LAB_BINS, histogram
 
 # Depth of the shallowest of the three bars in lightness, with the face's own at 60, above which they
 # are frames. Bare faces of the training set reach 8.8, drawn frames 14 to 40 in 95 of 100.
 BAR = 11.0
 EDGE = 7.0  # the same for a single pixel of a frame
 STRAND = 5.0  # and of a strand of hair
+# log(red / green) around the eyes against the cheeks': bare faces reach -0.32, dark lenses -0.6.
+LENS = -0.45
+DARK = -0.8  # log of the light on what may hide the skin, against the lit part of the face
+# Share of the middle of the face that something dark hides: bare faces of the training set reach
+# 0.07 (very dark skin); where half of that lies on both sides, nothing could stand in.
+COVERED = 0.15
+BOTH_SIDES = 0.5
 
 
 def find_glasses(lightness, points, radius):
     """Mark the frames of glasses.
 
-    Rims without a frame, and lenses, are not seen.
+    Rims without a frame, and clear lenses, are not seen.
 
     Args:
         lightness: [SIZE, SIZE] float32 CIE L in the face frame.
@@ -30,10 +38,10 @@ def find_glasses(lightness, points, radius):
     middle = lightness[radius < 0.45]
     smooth = cv2.GaussianBlur(lightness, (0, 0), 0.7) * (60 / max(float(np.median(middle)), 35))
     across = cv2.morphologyEx(smooth, cv2.MORPH_CLOSE, np.ones((15, 1), np.uint8)) - smooth
-    depth = min(_bars(across, points))
+    along = cv2.morphologyEx(smooth, cv2.MORPH_CLOSE, np.ones((1, 15), np.uint8)) - smooth
+    depth = min(_bars(across, along, points))
     if depth < BAR:
         return none
-    along = cv2.morphologyEx(smooth, cv2.MORPH_CLOSE, np.ones((1, 15), np.uint8)) - smooth
     brows = points[landmarks.BROWS, 1]
     rows = np.arange(prior.SIZE)[:, None] + 0.5
     zone = (rows > brows.min()) & (rows < points[195, 1] + 0.1 * prior.FACE) & (radius < 1.05)
@@ -52,6 +60,90 @@ def find_glasses(lightness, points, radius):
     large = stats[:, cv2.CC_STAT_AREA] > 0.004 * prior.FACE**2
     large[0] = False  # what is not frame
     return cv2.dilate(large[parts].astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+
+
+def find_lenses(small, points, radius):
+    """Mark dark glasses: what is around both eyes is far less red than the cheeks.
+
+    Brown lenses are not seen.
+
+    Args:
+        small: [SIZE, SIZE, 3] encoded photo in the face frame.
+        points: [478, 2] in the face frame.
+        radius: [SIZE, SIZE] as from `prior.polar`.
+
+    Returns:
+        [SIZE, SIZE] bool.
+    """
+    none = np.zeros(radius.shape, bool)
+    light = _log_light(small)
+    redness = light[..., 0] - light[..., 1]
+    rows = np.arange(prior.SIZE)[:, None] + 0.5
+    below = points[195, 1]
+    cheeks = (radius < 0.72) & (rows > below) & (rows < points[2, 1] - 4)
+    if not cheeks.any():
+        return none
+    redness = redness - np.median(redness[cheeks])
+    width = points[263, 0] - points[33, 0]
+    for outer, inner, lid in ((33, 133, 145), (263, 362, 374)):
+        left, right = sorted(points[[outer, inner], 0])
+        top = points[lid, 1] + 0.03 * width
+        part = redness[int(top) : int(top + 0.12 * width), int(left) : int(right)]
+        if not part.size or np.median(part) > LENS:
+            return none
+    brows = points[landmarks.BROWS, 1].min() - 0.06 * prior.FACE
+    zone = (rows > brows) & (rows < below + 0.1 * prior.FACE) & (radius < 1.05)
+    lens = (zone & (redness < 0.6 * LENS)).astype(np.uint8)
+    edges, _ = cv2.findContours(lens, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    out = np.zeros(radius.shape, np.uint8)
+    for edge in edges:
+        if cv2.contourArea(edge) > 0.01 * prior.FACE**2:
+            cv2.fillPoly(out, [cv2.convexHull(edge)], 1)  # reflections too
+    return cv2.dilate(out, np.ones((7, 7), np.uint8)) > 0
+
+
+def find_cover(small, colors, hair, seed, radius):
+    """Mark hair, or a shadow as dark as hair, that hides the skin of one side of the face.
+
+    The other side can stand in for it. What hides both sides alike, as the shadow of a brim, is
+    left alone: a face of nothing but guesses is no better.
+
+    Args:
+        small: [SIZE, SIZE, 3] encoded photo in the face frame.
+        colors: [SIZE, SIZE] bins of `segment_models.lab_bins`.
+        hair: [SIZE, SIZE] bool, where hair usually grows.
+        seed: [SIZE, SIZE] bool, where skin usually is.
+        radius: [SIZE, SIZE] as from `prior.polar`.
+
+    Returns:
+        [SIZE, SIZE] bool; the hair above the face is part of it.
+    """
+    none = np.zeros(radius.shape, bool)
+    light = _log_light(small)[..., 1]
+    if not seed.any():
+        return none
+    lit = light[seed] > np.percentile(light[seed], 60)
+    dark = light - np.median(light[seed][lit]) < DARK
+    skin = histogram(colors, (seed & ~dark).astype(np.float32), LAB_BINS)
+    common = np.percentile(skin[colors][seed & ~dark], 20) + 1e-9
+    own = hair * (1 - 0.95 * np.minimum(skin[colors] / common, 1))
+    grown = histogram(colors, own.astype(np.float32), LAB_BINS)
+    likelier = cv2.blur(np.log((grown + 3e-6) / (skin + 3e-6))[colors], (5, 5))
+    cover = (dark & (likelier > 0.5) & (radius < 1.25)) | (hair & (likelier > 0))
+    cover = cv2.morphologyEx(cover.astype(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5), np.uint8))
+    _, parts = cv2.connectedComponents(cover, connectivity=4)
+    roots = np.unique(parts[hair])
+    cover = np.isin(parts, roots[roots > 0])
+    inner = cover & seed
+    both = (inner & inner[:, ::-1]).sum() / max(inner.sum(), 1)
+    if inner.sum() < COVERED * seed.sum() or both > BOTH_SIDES:
+        return none
+    return cv2.morphologyEx(cover.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((15, 15))) > 0
+
+
+def _log_light(small):
+    """Log of the smoothed linear light [H, W, 3]."""
+    return cv2.log(cv2.GaussianBlur(small, (0, 0), 1) ** 2.2 + 0.004)
 
 
 def find_strands(lightness, hair, points, radius):
@@ -79,7 +171,7 @@ def find_strands(lightness, hair, points, radius):
     return cv2.dilate(strands, np.ones((3, 3), np.uint8)) > 0
 
 
-def _bars(across, points):
+def _bars(across, along, points):
     """Depth of the dark bar across the nose and of those under the right and the left eye."""
     width = points[263, 0] - points[33, 0]
     eye_row = points[landmarks.EYE_CORNERS, 1].mean()
@@ -89,6 +181,7 @@ def _bars(across, points):
         (points[33, 0], points[133, 0], points[145, 1] + 0.07 * width, 0.23 * width),
         (points[362, 0], points[263, 0], points[374, 1] + 0.07 * width, 0.23 * width),
     ]
-    for left, right, top, height in regions:
-        part = across[int(top) : int(top + height), int(left) : int(right)]
+    bridge = np.maximum(across, along)  # the rims beside it stand upright
+    for (left, right, top, height), bars in zip(regions, (bridge, across, across)):
+        part = bars[int(top) : int(top + height), int(left) : int(right)]
         yield float(np.percentile(part.max(0), 30)) if part.size else 0.0

@@ -82,10 +82,12 @@ def prepare(photo, landmarks, fit, neutral, head, cover, resolution):
     )
     on_skin = atlas.take("skin")
     sight = see(on_skin, make_view(vertices, head, local.camera, edge=0.75))
-    skin = complete_skin(image, cover.skin, points, local, head, vertices, on_skin, sight)
+    skin = complete_skin(image, cover, points, local, head, vertices, on_skin, sight)
     blank = np.zeros((8, 8, 3), np.float32)
     drawn = condition(head, neutral, blank, fit.expression, fit.gaze, local.camera)
-    eyes = eye_maps(image, points, local, head, vertices, drawn.part, drawn.depth, skin.tone)
+    eyes = eye_maps(
+        image, cover.before, points, local, head, vertices, drawn.part, drawn.depth, skin.tone
+    )
     texture = skin.color.reshape(-1, 3)
     source = skin.source.reshape(-1)
     sclera = eyes.ball[:, 128, :].reshape(-1, 3)  # the horizontal meridian of both balls

@@ -64,14 +64,15 @@ def rims(points, shape):
     return out.astype(np.float32)
 
 
-def open_lids(skin_mask, points):
-    """The mask with the lids let in up to their edge.
+def open_lids(skin_mask, points, before):
+    """The mask with the lids let in up to their edge, where nothing hides them.
 
     A segmentation leaves a margin around the eyes; without it the lash line would be lost and lids
     would end in bare skin.
 
     Args:
         points: [L, 2] pixels.
+        before: [H, W] 0..1, what hides the face.
     """
     out = skin_mask.copy()
     for lids in EYES:
@@ -82,15 +83,15 @@ def open_lids(skin_mask, points):
         away = cv2.distanceTransform(1 - eye, cv2.DIST_L2, 3)
         around = smoothstep(0.30 * width, 0.18 * width, away) * (1 - eye)
         out = np.maximum(out, around.astype(np.float32))
-    return out
+    return out * (1 - before)
 
 
-def complete_skin(linear, skin_mask, points, fit, head, vertices, atlas, sight):
+def complete_skin(linear, cover, points, fit, head, vertices, atlas, sight):
     """Unwrap the photo and fill what it does not show.
 
     Args:
         linear: [H, W, 3] float32 photo, already filtered to about the atlas's density.
-        skin_mask: [H, W] float32 0..1, from `segment`.
+        cover: texture_hair.Cover of the photo.
         points: [L, 2] pixels, landmarks of the photo.
         fit: Fit of the photo.
         vertices: [V, 3] mm, the shape as it stands in the photo.
@@ -104,7 +105,8 @@ def complete_skin(linear, skin_mask, points, fit, head, vertices, atlas, sight):
     # There is no second view that could know better, so even slanting skin counts.
     weight = sight.weight(grazing=88.0, full=76.0)
     weight = np.maximum(weight, sight.visible * bilinear(rims(points, linear.shape[:2]), pixels))
-    weight *= smoothstep(0.5, 0.95, bilinear(open_lids(skin_mask, points), pixels))
+    mask = open_lids(cover.skin, points, cover.before)
+    weight *= smoothstep(0.5, 0.95, bilinear(mask, pixels))
     color = bilinear(linear, pixels)
 
     # Light is taken out before anything is continued across the head, and put back at the end.

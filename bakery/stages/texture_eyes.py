@@ -15,14 +15,16 @@ from bakery.landmarks import EYES, LEFT_IRIS, RIGHT_IRIS
 
 MAP = 256  # pixels a side; one is 0.8 degrees, 0.16 mm on the ball
 IRIS_MM = (5.3, 6.5)  # plausible radius of an adult iris; the mean is 5.85
+COVERED = 0.4  # share of an eye's opening that is hidden, above which nothing is read from it
 SCLERA_OVER_SKIN = 1.35  # luminance, when no sclera can be seen
 
 
-def eye_maps(linear, points, fit, head, vertices, part, depth, skin_tone):
-    """Read both eyeballs out of the photo.
+def eye_maps(linear, before, points, fit, head, vertices, part, depth, skin_tone):
+    """Read both eyeballs out of the photo; one that is hidden is the other's mirror image.
 
     Args:
         linear: [H, W, 3] float32 photo.
+        before: [H, W] float32 0..1, what hides the face.
         points: [L, 2] pixels, landmarks of the photo.
         vertices: [V, 3] mm, the shape as it stands in the photo.
         part, depth: [H, W] of the drawn shape in the photo's camera.
@@ -32,13 +34,21 @@ def eye_maps(linear, points, fit, head, vertices, part, depth, skin_tone):
         EyeMaps.
     """
     shade = lid_occlusion(part, depth, fit.camera.focal)
-    maps = [
-        _one_eye(linear, points, fit, vertices, head, eye, shade, skin_tone) for eye in range(2)
-    ]
+    maps, hidden = [], []
+    for eye in range(2):
+        inside = np.zeros(before.shape, np.uint8)
+        cv2.fillPoly(inside, [np.round(points[EYES[eye]] * 16).astype(np.int32)], 1, shift=4)
+        hidden.append(bool(inside.any()) and before[inside > 0].mean() > COVERED)
+        maps.append(
+            _one_eye(linear, hidden[eye], points, fit, vertices, head, eye, shade, skin_tone)
+        )
+    if hidden[0] != hidden[1]:
+        shown = maps[hidden.index(False)]
+        maps[hidden.index(True)] = (*(layer[:, ::-1] for layer in shown[:2]), shown[2])
     return EyeMaps(*(np.stack(field) for field in zip(*maps)))
 
 
-def _one_eye(linear, points, fit, vertices, head, eye, shade, skin_tone):
+def _one_eye(linear, hidden, points, fit, vertices, head, eye, shade, skin_tone):
     ball = vertices[head.follow == FOLLOW.index(("eye_left", "eye_right")[eye])]
     center = ball.mean(0)
     radius = float(np.median(np.linalg.norm(ball - center, axis=1)))
@@ -65,7 +75,7 @@ def _one_eye(linear, points, fit, vertices, head, eye, shade, skin_tone):
     height = max(inside.max(), 1e-3)  # half the opening, pixels
     upper_margin = smoothstep(0.12, 0.5, inside / height)
     weight = bilinear(upper_margin.astype(np.float32), pixels) * smoothstep(0.15, 0.4, facing)
-    if inside.max() < 1.5:
+    if hidden or inside.max() < 1.5:
         weight = np.zeros_like(weight)
     light = np.maximum(bilinear(shade, pixels), 0.3)[..., None]
     color = bilinear(linear, pixels) / light

@@ -12,7 +12,7 @@ from bakery.geometry.sample import bilinear
 from bakery.heads.scalp import scalp
 from bakery.landmarks import CHIN, OVAL, face_size
 from bakery.stages.atlas import soften, uv_polygon
-from bakery.stages.segment import BACKGROUND, CLOTHES, HAIR, SKIN
+from bakery.stages.segment import BACKGROUND, CLOTHES, GLASSES, HAIR, HIDDEN, SKIN
 
 HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
 SHOWN_STRIP = (0.18, 0.13)  # the layer shows none, all: wider, so that nothing gapes between both
@@ -31,11 +31,12 @@ CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
 
 @dataclass(frozen=True)
 class Cover:
-    """What of a photo goes onto the head: three layers [H, W] float32 0..1."""
+    """What of a photo goes onto the head, and what never does: layers [H, W] float32 0..1."""
 
     skin: np.ndarray  # may be unwrapped as skin
     hair: np.ndarray
     strip: np.ndarray  # skin too near to hair to be taken as such; shown together with the hair
+    before: np.ndarray  # glasses, or what else hides the face
 
 
 def cover_of(encoded, segmentation, points):
@@ -59,9 +60,9 @@ def cover_of(encoded, segmentation, points):
     clear = smoothstep(*HALO, off) if behind.any() else np.ones(hair.shape)
     hair = hair * (1 - _pockets(encoded, segmentation.labels, off))
     strip = shown * ((segmentation.labels == SKIN) | (around & ~behind))
-    return Cover(
-        *(x.astype(np.float32) for x in (segmentation.skin * taken, hair * clear, strip * clear))
-    )
+    before = np.isin(segmentation.labels, (GLASSES, HIDDEN))
+    layers = (segmentation.skin * taken, hair * clear, strip * clear, before)
+    return Cover(*(x.astype(np.float32) for x in layers))
 
 
 def _pockets(encoded, labels, off):

@@ -276,7 +276,7 @@ def paint_subject(stage, paths, seed, options=PairOptions()):
     low, high = marks.min(0), marks.max(0)
     found = Landmarks(np.concatenate([low, high - low]), 1.0, marks, np.ones(len(marks)))
     bald = np.zeros(kind.shape, np.float32)
-    cover = Cover((kind == PARTS.index("skin")).astype(np.float32), bald, bald)
+    cover = Cover((kind == PARTS.index("skin")).astype(np.float32), bald, bald, bald)
     prepared = texture.prepare(photo, found, fit, neutral, head, cover, stage.atlas.size)
     subject = prepared.subject
 

@@ -22,6 +22,7 @@ from bakery.synth.surface import bend, diffuse, highlights, scatter
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 CLOTH = len(PARTS)  # part number of clothes in the merged mesh
+PROP = CLOTH + 1  # the first thing that the subject holds or wears; more follow
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,7 @@ class Wardrobe:
     hair: Strands
     clothes: object
     share: float  # of the full number of hairs
+    props: tuple = ()  # of props.Prop
 
 
 def dress(head, subject, detail=4.0, share=1.0):
@@ -77,7 +79,7 @@ def dress(head, subject, detail=4.0, share=1.0):
 
 
 def _merge(wardrobe, posed):
-    """One mesh of head and clothes: vertices, faces, part [F], rest [V, 3], band [V]."""
+    """One mesh of head, clothes and props: vertices, faces, part [F], rest [V, 3], band [V]."""
     head, clothes = wardrobe.head, wardrobe.clothes
     shown = head.part_faces("skin", *INTERIOR)
     shown = shown[~clothes.covered[shown]]
@@ -87,6 +89,12 @@ def _merge(wardrobe, posed):
     part = np.concatenate([head.face_part[shown], np.full(len(clothes.faces), CLOTH)]).astype(int)
     rest = np.concatenate([head.mean, clothes.vertices])
     band = np.concatenate([np.zeros(offset), clothes.band])
+    for number, prop in enumerate(wardrobe.props, PROP):
+        faces = np.concatenate([faces, prop.faces + len(vertices)])
+        part = np.concatenate([part, np.full(len(prop.faces), number)])
+        vertices = np.concatenate([vertices, prop.vertices])
+        rest = np.concatenate([rest, prop.albedo])  # a prop's place at rest is nobody's business
+        band = np.concatenate([band, np.zeros(len(prop.vertices))])
     return vertices, faces, part, rest, band
 
 
@@ -139,7 +147,9 @@ def paint(wardrobe, scene, supersample=2, quality=1.0):
     merged, faces, part, rest, band = _merge(wardrobe, posed)
     vertices = to_camera(merged, fine)
     normals = _normals(vertices, faces, part)
-    seen = rasterize(project_camera(vertices, fine), -vertices[:, 2], faces, (height, width))
+    unseen = [k for k, prop in enumerate(wardrobe.props, PROP) if not prop.shown]
+    drawn = faces[~np.isin(part, unseen)]  # those left out come last, so that numbers hold
+    seen = rasterize(project_camera(vertices, fine), -vertices[:, 2], drawn, (height, width))
 
     sets = [wardrobe.hair, *facial.brows(head, chart, subject, posed, wardrobe.share)]
     sets += facial.beard(head, chart, subject, posed, wardrobe.share)
@@ -148,7 +158,7 @@ def paint(wardrobe, scene, supersample=2, quality=1.0):
     lash = [_move(s, fine) for s in lash]
     volume = Volume([sets[0]] + [s for s in sets if s.kind == "beard"])
 
-    walls = faces[np.isin(part, [PARTS.index("skin"), CLOTH])]  # what casts shadows
+    walls = faces[(part == PARTS.index("skin")) | (part >= CLOTH)]  # what casts shadows
     baked, openness = _bake(vertices, normals, walls, environment, volume, quality)
     rows, columns = np.nonzero(seen.face >= 0)
     corner = faces[seen.face[rows, columns]]
@@ -185,6 +195,11 @@ def paint(wardrobe, scene, supersample=2, quality=1.0):
             visibility[:, at],
             environment,
             turn,
+        )
+    for number, prop in enumerate(wardrobe.props, PROP):
+        at = np.flatnonzero(kind == number)
+        image[rows[at], columns[at]] = _shade_prop(
+            prop, still[at], smooth[at], view[at], shade[at], visibility[:, at], environment
         )
     marks = to_camera(head.landmarks(posed), fine)
     centers = to_camera(head.eye_centers(wardrobe.neutral), fine)
@@ -319,6 +334,16 @@ def _shade_cloth(subject, still, smooth, view, shade, visibility, environment, t
     return albedo * light + 0.5 * sheen
 
 
+def _shade_prop(prop, albedo, smooth, view, shade, visibility, environment):
+    """Colour [n, 3] of a thing that light enters as little as it enters skin."""
+    light = diffuse(
+        smooth, smooth, environment, visibility, shade[:, :3], np.array([0.3, 0.1, 0.05])
+    )
+    rough = np.full(len(view), prop.rough, np.float32)
+    shine = highlights(smooth, view, rough, prop.reflectance, environment, visibility, shade[:, 3])
+    return albedo * light + shine
+
+
 def _shrink(picture, supersample):
     if supersample == 1:
         return picture
@@ -356,6 +381,7 @@ def _compose(scene, subject, seen, part, image, sets, lash, volume, environment,
     }
     bare = 1 - cover
     masks = {"hair": cover, "clothes": (kinds == CLOTH) * bare, "background": (kinds < 0) * bare}
+    masks["props"] = (kinds >= PROP) * bare
     for name, members in groups.items():
         masks[name] = np.isin(kinds, [PARTS.index(m) for m in members]) * bare
     masks = {name: _shrink(m.astype(np.float32), supersample) for name, m in masks.items()}

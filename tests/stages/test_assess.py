@@ -10,8 +10,10 @@ from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.heads.base import weights
 from bakery.heads.file import load_head
+from bakery.landmarks import EYES as LIDS
+from bakery.landmarks import MOUTH_CORNERS
 from bakery.stages.assess import assess
-from bakery.stages.segment import GLASSES, HAIR, SKIN, Segmentation
+from bakery.stages.segment import EYES, GLASSES, HAIR, HIDDEN, SKIN, Segmentation
 from bakery.types import Camera, Fit, Landmarks, Photo
 
 SIZE = 500
@@ -50,7 +52,12 @@ def test_a_good_portrait_has_no_findings(good):
 def test_expression(good):
     photo, face, fit, parts = good
     smile = weights({"mouthSmileLeft": 0.5, "mouthSmileRight": 0.5})
-    assert codes(photo, face, replace(fit, expression=smile), parts) == ["expression"]
+    fit = replace(fit, expression=smile)
+    assert codes(photo, face, fit, parts) == [], "a narrow mouth hardly smiles"
+    wide = face.points.copy()
+    middle = wide[MOUTH_CORNERS].mean(0)
+    wide[MOUTH_CORNERS] += (wide[MOUTH_CORNERS] - middle) * 0.3
+    assert codes(photo, replace(face, points=wide), fit, parts) == ["expression"]
 
 
 def test_view(good):
@@ -73,13 +80,45 @@ def test_eyes_and_mouth(good):
     assert "open_mouth" in codes(photo, replace(face, points=talking), fit, parts)
 
 
-@pytest.mark.parametrize("label, code", [(HAIR, "hair"), (GLASSES, "glasses")])
+@pytest.mark.parametrize("label, code", [(HAIR, "hair"), (GLASSES, "glasses"), (HIDDEN, "hidden")])
 def test_what_covers_the_face(good, label, code):
     photo, face, fit, parts = good
     labels = parts.labels.copy()
     rows = slice(int(face.points[[70, 300], 1].min()), int(face.points[195, 1]))
     labels[rows] = label
     assert code in codes(photo, face, fit, Segmentation(labels, parts.skin))
+
+
+def test_unsure_landmarks_of_one_part(good):
+    photo, face, fit, parts = good
+    low = face.confidence.copy()
+    low[face.points[:, 1] > face.points[2, 1]] *= 0.7
+    assert codes(photo, replace(face, confidence=low), fit, parts) == ["covered"]
+    even = replace(face, confidence=np.full(478, 0.6))
+    assert codes(photo, even, fit, parts) == [], "all alike is no part"
+
+
+def test_hard_light(good):
+    photo, face, fit, parts = good
+    fit = replace(fit, diagnostics={"shadow_share": 0.05})
+    assert codes(photo, face, fit, parts) == ["cast_shadow"]
+
+
+def test_dark_eyes(good):
+    photo, face, fit, parts = good
+    labels = parts.labels.copy()
+    for lids in LIDS:
+        cv2.fillPoly(labels, [face.points[lids].astype(np.int32)], EYES)
+    parts = replace(parts, labels=labels)
+    assert codes(photo, face, fit, parts) == []
+    assert codes(replace(photo, encoded=photo.encoded * 0.4), face, fit, parts) == ["dark"]
+
+
+def test_small(good):
+    photo, face, fit, parts = good
+    half = replace(photo, encoded=photo.encoded[::2, ::2].copy())
+    parts = Segmentation(parts.labels[::2, ::2].copy(), parts.skin[::2, ::2].copy())
+    assert codes(half, replace(face, points=face.points / 2), fit, parts) == ["small"]
 
 
 def test_shadow_and_blur(good):

@@ -16,10 +16,12 @@ def eye_points():
 
 
 def test_lids_open_up_to_their_edge():
-    mask = open_lids(np.zeros((130, 130), np.float32), eye_points())
+    none = np.zeros((130, 130), np.float32)
+    mask = open_lids(none, eye_points(), none)
     assert mask[50, 40] == 0, "the eye itself is no skin"
     assert mask[38, 40] == 1, "the lid above it is"
     assert mask[20, 40] == 0, "the brow is left to the segmentation"
+    assert open_lids(none, eye_points(), none + 1).max() == 0, "nor does a lid behind dark glass"
 
 
 def test_rims_are_along_lids_and_lips():

@@ -1,0 +1,52 @@
+"""Portraits that spoil an avatar: each is named for what it is, and good ones are not."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bakery.formats.image import read_photo
+from bakery.stages.assess import assess
+from bakery.stages.detect import detect_faces
+from bakery.stages.segment import GLASSES, HIDDEN
+from bakery.steps import place_head, plug_in
+from bakery.synth.failures import CASES, paint_case
+from bakery.types import Photo
+
+SAMPLES = Path(__file__).parents[2] / "samples"
+QUICK = {"detail": 2.0, "share": 0.3, "supersample": 1, "quality": 0.4}
+
+
+@pytest.fixture(scope="module")
+def examine(head):
+    detector = plug_in("detectors", "network")
+
+    def run(photo):
+        face = detect_faces(photo.encoded, detector)[0]
+        fit, segmentation = place_head("painted", photo, face, head)
+        return [found.code for found in assess(photo, face, fit, segmentation)], segmentation
+
+    return run
+
+
+def painted(head, name):
+    scale = 1.0 if name == "small" else 0.5
+    return Photo(np.ascontiguousarray(paint_case(head, name, scale, **QUICK)), "0" * 64)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_each_failure_is_named(head, examine, name):
+    codes, segmentation = examine(painted(head, name))
+    assert CASES[name].code in codes
+    face = segmentation.labels[
+        segmentation.labels.shape[0] // 4 : -segmentation.labels.shape[0] // 4
+    ]
+    if name in ("fringe", "half-shadow"):
+        assert (face == HIDDEN).mean() > 0.03, "left to the other side"
+    if name == "dark-glasses":
+        assert (segmentation.skin[segmentation.labels == GLASSES] == 0).all(), "no skin"
+
+
+@pytest.mark.parametrize("name", ["anna", "bela", "chidi", "emil", "fumiko"])
+def test_good_portraits_are_not(examine, name):
+    assert examine(read_photo(SAMPLES / f"{name}.jpg"))[0] == []
