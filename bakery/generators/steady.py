@@ -86,8 +86,11 @@ def followed(head, here, other):
     Returns:
         pixels [H, W, 2] float32 of the other frame, and where that shows the same place [H, W] bool.
     """
-    place = interpolate(here.fragments, other.vertices[head.faces])
-    there = cameras.project(place, other.camera).astype(np.float32)
+    points = cameras.to_camera(other.vertices, other.camera)
+    place = interpolate(here.fragments, points[head.faces])
+    drawn = here.part != NONE
+    place[~drawn] = [0, 0, -1]  # anywhere in front of the camera
+    there = cameras.project_camera(place, other.camera).astype(np.float32)
     uv, other_uv = (interpolate(c.fragments, head.uv[head.uv_faces]) for c in (here, other))
-    apart = np.abs(bilinear(other_uv, there) - uv).max(-1)
-    return there, (here.part != NONE) & (apart < SAME)
+    apart = np.abs(bilinear(other_uv, there) - uv)
+    return there, drawn & (apart[..., 0] < SAME) & (apart[..., 1] < SAME)
