@@ -7,34 +7,38 @@ import click
 
 from bakery.cli import options
 
+folder = click.Path(path_type=Path)
+
 
 @click.command(cls=options.Command)
-@click.argument("bundles", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option(
-    "-o", "--output", required=True, type=click.Path(path_type=Path), help="Weights to write."
-)
+@click.option("--skins", type=folder, help="Folder of `bakery synth skins`; else all is painted.")
+@click.option("--photos", type=folder, help="Folder of photos, to learn from besides.")
+@click.option("--dense", type=folder, help="npz with their 478 points.")
+@click.option("--run", required=True, type=folder, help="Folder of the run; goes on where it was.")
+@click.option("-o", "--output", required=True, type=folder, help=".safetensors to write.")
 @options.head
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Change an option.")
-def closeups(bundles, output, head, settings):
-    """Train on avatars that are played; the last of BUNDLES is measured, not learned from.
+@options.overwrite
+def closeups(skins, photos, dense, run, output, head, settings, overwrite):
+    """Train the networks that see eyes and mouth in close-up, on painted people and photos.
 
     \b
-    bakery train closeups people/*.avatar -o closeups.safetensors --set steps=1200
+    bakery train closeups --skins runs/skins --photos portraits/london/train \\
+        --dense portraits/dense478.npz --run runs/closeups -o closeups.safetensors
     """
-    from functools import partial
-
     from bakery import preset, steps
     from bakery.train import closeups as training
 
+    options.may_write(output, overwrite)
+    if (photos is None) != (dense is None):
+        raise click.UsageError("--photos and --dense go together: give both or none")
     tables = preset.with_settings({}, [f"train.{setting}" for setting in settings])
     chosen = preset.options_from(training.CloseupOptions, tables.get("train", {}), "train")
-    modes = steps.load_head(head).identity_basis[: training.MODES]
     with options.progress() as progress:
-        opened = [partial(steps.open_avatar, path) for path in bundles]
-        samples = training.collect(opened, modes, chosen, progress)
+        training.collect(run, steps.load_head(head), skins, photos, dense, chosen, progress)
     tensors = []
-    for name in ("eyes", "mouths"):
-        for figures in training.train_part(name, samples, len(bundles), chosen):
+    for name in ("eye", "mouth"):
+        for figures in training.train_part(name, run, chosen):
             if "tensors" in figures:
                 tensors.append(figures["tensors"])
             else:

@@ -89,6 +89,12 @@ def skins_of(folder, head):
     return found
 
 
+def by_tone(paths):
+    """Three lists of skins, dark to light: drawn from in turn, no tone is rare."""
+    ordered = sorted(paths, key=lambda path: _level(load(path)))
+    return [list(part) for part in np.array_split(np.array(ordered, object), 3) if len(part)]
+
+
 def mixed(rng, paths, points):
     """A skin nobody has: the features of two people, a tone between theirs.
 

@@ -54,7 +54,7 @@ def test_a_crop_shows_what_the_matrix_says(scale):
     np.testing.assert_allclose(seen, frames.apply_affine(matrix, spot[None])[0], atol=0.6)
 
 
-@pytest.mark.parametrize("name", ["anna", "chidi", "emil"])
+@pytest.mark.parametrize("name", ["anna", "bela", "chidi", "dalia", "emil", "fumiko"])
 def test_lips_and_lids_that_are_off_are_mended(name):
     """Lids half closed and lips pressed together by mistake come back to where they are."""
     picture, points = sample(name)

@@ -1,50 +1,22 @@
-"""Training of the close-ups: true points where the crop says, and that it learns."""
+"""Training of the close-ups: a run that paints once, people held out, and that it learns."""
 
 import numpy as np
 import pytest
 
 from bakery import landmarks as marks
 from bakery.detectors import closeups
-from bakery.errors import ModelError
-from bakery.train.closeups import (
-    MARGIN,
-    MIRROR,
-    WIDE,
-    CloseupOptions,
-    crops_of,
-    export,
-    jittered,
-    random_face,
-    train,
-)
-from bakery.types import EXPRESSION_INDEX
+from bakery.errors import InputError, ModelError
+from bakery.train import closeups as training
+from bakery.train.closeup_crops import WIDE
+from bakery.train.closeups import MIRROR, CloseupOptions, export, train
 
 
-def spots(count, seed=0):
-    """Crops with one bright spot each, and where it is."""
-    rng = np.random.default_rng(seed)
-    places = rng.uniform(-0.3, 0.3, (count, 1, 2)).astype(np.float32)
-    y, x = np.mgrid[:WIDE, :WIDE] + 0.5
-    pixels = (places / MARGIN + 0.5) * WIDE
-    value = np.exp(-((x - pixels[..., :1]) ** 2 + (y - pixels[..., 1:]) ** 2) / (2 * 4.0**2))
-    return (30 + 200 * value).astype(np.uint8), places
-
-
-def test_jitter_moves_points_with_their_picture():
-    crops, places = spots(20)
-    out, moved = jittered(np.random.default_rng(1), crops, places)
-    v, u = np.mgrid[: closeups.SIDE, : closeups.SIDE] + 0.5
-    for crop, place in zip(out.astype(float), moved):
-        mass = np.clip(crop - 60, 0, None)
-        seen = np.array([(mass * u).sum(), (mass * v).sum()]) / mass.sum()
-        np.testing.assert_allclose(seen / closeups.SIDE - 0.5, place[0], atol=0.01)
-
-
-def test_it_learns_where_a_spot_is(tmp_path):
+def test_it_learns_where_a_spot_is(spots):
     crops, places = spots(150)
     options = CloseupOptions(steps=40, batch=8, log_every=20)
-    figures = list(train(crops, places, options))
-    assert figures[-2]["held_out"] < 0.5 * 0.22  # 0.22: mean distance from the middle
+    held = {"other": spots(20, 1)}
+    figures = list(train(crops, places, options, held))
+    assert figures[-2]["held_out_other"] < 0.5 * 0.22  # 0.22: mean distance from the middle
     with pytest.raises(ModelError, match="not finite"):
         list(train(crops, places * np.nan, options))
 
@@ -69,23 +41,43 @@ def test_the_mirror_swaps_the_corners():
     assert ring[MIRROR[5]] == ring[5] == 17 and ring[MIRROR[15]] == ring[15] == 0
 
 
-def test_crops_hold_their_points(head):
-    from bakery.geometry import camera as cameras
-    from bakery.synth.scene import portrait_camera
+def test_a_run_paints_once_and_holds_people_out(head, tmp_path, monkeypatch):
+    """Each person is painted once; every `held`-th is measured only."""
+    painted = []
 
-    camera = portrait_camera(256, 256)
-    points = cameras.project(head.landmarks(head.mean.astype(float)), camera)
-    picture = np.full((256, 256, 3), 90, np.uint8)
-    eyes, seen, mouth, lips = crops_of(np.random.default_rng(0), picture, points)
-    assert eyes.shape == (2, WIDE, WIDE) and mouth.shape == (WIDE, WIDE)
-    assert seen.shape == (2, closeups.EYE_COUNT, 2) and np.abs(seen).max() < 0.6
-    assert lips.shape == (closeups.MOUTH_COUNT, 2) and np.abs(lips).max() < 0.6
-    assert np.abs(seen[0] - seen[1]).max() < 0.06  # the head is symmetric, the right eye mirrored
+    def frames(rng, *given):
+        painted.append(given)
+        picture = np.full((64, 64, 3), rng.integers(255), np.uint8)
+        yield picture, head.landmarks(head.mean)[:, :2] * [0.3, -0.3] + 32
+
+    for name in ("quick_frames", "careful_frames"):
+        monkeypatch.setattr(training.crops_of_people, name, frames)
+    monkeypatch.setattr(training, "make_stage", lambda head, texels: None)
+    options = CloseupOptions(quick=4, careful=2, copies=3, held=2)
+    training.collect(tmp_path, head, None, None, None, options)
+    assert len(painted) == 6
+    training.collect(tmp_path, head, None, None, None, options)
+    assert len(painted) == 6
+    (crops, points), held = training.read_crops(tmp_path, "mouth", options)
+    assert crops.shape == (9, WIDE, WIDE) and points.shape == (9, closeups.MOUTH_COUNT, 2)
+    assert {kind: len(some[0]) for kind, some in held.items()} == {"quick": 6, "careful": 3}
+    eyes, _ = training.read_crops(tmp_path, "eye", options)[0]
+    assert len(eyes) == 18
+    with pytest.raises(InputError, match="other seed"):
+        training.collect(tmp_path, head, None, None, None, CloseupOptions(copies=3, seed=1))
 
 
-def test_faces_blink_and_open():
-    rng = np.random.default_rng(0)
-    rows = np.array([random_face(rng)[0] for _ in range(300)])
-    assert rows.min() >= 0 and rows.max() <= 1
-    assert (rows[:, EXPRESSION_INDEX["eyeBlinkLeft"]] > 0.8).mean() > 0.1
-    assert (rows[:, EXPRESSION_INDEX["jawOpen"]] > 0.4).mean() > 0.05
+def test_photographs_of_one_person_stay_together(shared):
+    people = training.sitters(shared / "portraits/london/train", shared / "portraits/dense478.npz")
+    assert len(people) == 62 and all(len(pictures) == 2 for pictures in people.values())
+    picture, points = people[0][0]
+    assert points.shape == (478, 2) and (points > 0).all() and (points < picture.shape[1::-1]).all()
+
+
+def test_photos_need_their_points(bakery, tmp_path):
+    made = ["--run", tmp_path / "run", "-o", tmp_path / "w.safetensors"]
+    done = bakery("train", "closeups", "--photos", tmp_path, *made)
+    assert done.returncode == 2 and "--dense" in done.stderr
+    (tmp_path / "w.safetensors").touch()
+    done = bakery("train", "closeups", *made)
+    assert done.returncode == 1 and "--overwrite" in done.stderr

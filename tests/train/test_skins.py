@@ -31,6 +31,13 @@ def test_mixed_skin_is_between_its_people(tmp_path, monkeypatch):
         assert mixed.std(axis=(0, 1)).max() < 0.02  # plain skins have no features to mix
 
 
+def test_skins_are_sorted_by_tone(tmp_path):
+    for name, level in (("a", 0.5), ("b", 0.05), ("c", 0.2), ("d", 0.4)):
+        skins.save(tmp_path / f"toy-{name}.npz", np.full((64, 64, 3), level, np.float32))
+    tones = skins.by_tone(sorted(tmp_path.glob("*.npz")))
+    assert [[path.stem[-1] for path in tone] for tone in tones] == [["b", "c"], ["d"], ["a"]]
+
+
 @pytest.mark.slow
 def test_unwrapped_skin_is_the_painted_one(tmp_path):
     """The tint of a painted portrait's skin comes back from its photo; its exposure need not."""
