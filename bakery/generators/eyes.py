@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from bakery.generators.shade import EYES
+from bakery.generators.shade import BLUR, EYES
 from bakery.geometry import rotation
+from bakery.geometry.fill import around
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import PARTS
 
@@ -92,11 +93,13 @@ def with_photographed_eyes(subject, conditions, image, per_mm):
         if not mine.any():
             continue
         ball, glint = seen_eye(subject, conditions, which, mine)
-        sharp, weight = np.zeros_like(image), mine.astype(np.float32)
-        sharp[mine] = ball
+        window = around(mine, BLUR * TONE * per_mm)
+        eye = mine[window]
+        sharp = np.zeros(eye.shape + (3,), np.float32)
+        sharp[eye] = ball
         painted, plain = (
-            cv2.GaussianBlur(picture * weight[..., None], (0, 0), TONE * per_mm)[mine]
-            for picture in (image, sharp)
+            cv2.GaussianBlur(picture * eye[..., None], (0, 0), TONE * per_mm)[eye]
+            for picture in (image[window], sharp)
         )
         color[mine] = ball * np.clip(painted / np.maximum(plain, 1e-4), *TONES) + glint
         where[mine] = 1

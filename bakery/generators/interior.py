@@ -12,12 +12,13 @@ import cv2
 import numpy as np
 
 from bakery.generators.planes import FAR, NEAR
-from bakery.generators.shade import EYES, MOUTH, is_part
-from bakery.geometry.fill import smoothstep
+from bakery.generators.shade import BLUR, EYES, MOUTH, is_part
+from bakery.geometry.fill import around, smoothstep
 
 FRAME_SCALE = 2.42 / 512  # pixels a mm over the side of a frame: 165 mm take 78% of it
 FROM_ABOVE = np.array([0.0, 0.45, 0.89], np.float32)  # where studio light comes from, mostly
 RELIEF = 2.5  # mm: coarser shading of teeth is the network's own to say
+LIDS, LIPS = 1.1, 5.0  # mm over which lids and lips shade what is behind them
 AMBIENT = 0.45  # share of the light that comes from everywhere
 
 
@@ -30,15 +31,21 @@ def interior_shade(part, normals, depth, per_mm):
     """
     out = np.ones(part.shape, np.float32)
     eyes, mouth = is_part(part, *EYES), is_part(part, *MOUTH)
+    # Light is computed around eyes and mouth alone, as far as its blurs reach.
     if eyes.any():
-        out = np.where(eyes, _under_lids(eyes, per_mm), out)
+        window = around(eyes, BLUR * max(LIDS * per_mm, 0.6) + LIDS * per_mm + 1)
+        shut = eyes[window]
+        out[window] = np.where(shut, _under_lids(shut, per_mm), 1)
     if mouth.any():
-        ahead = FAR + (depth.astype(np.float32) - 1) * ((NEAR - FAR) / 254)  # mm to the camera
+        window = around(mouth, BLUR * max(LIPS * per_mm, 1.0) + 2)
+        part, mouth = part[window], mouth[window]
+        # mm to the camera
+        ahead = FAR + (depth[window].astype(np.float32) - 1) * ((NEAR - FAR) / 254)
         behind = float(np.median(ahead[_rim(part, mouth)])) - ahead
-        facing = np.clip(normals.astype(np.float32) / 127 @ FROM_ABOVE, 0, 1)
+        facing = np.clip(normals[window].astype(np.float32) / 127 @ FROM_ABOVE, 0, 1)
         light = _between_lips(mouth, behind, per_mm) * (AMBIENT + (1 - AMBIENT) * facing)
-        out = np.where(mouth, light, out)
-    return out.astype(np.float32)
+        out[window] = np.where(mouth, light, out[window])
+    return out
 
 
 def teeth_relief(part, shade, per_mm):
@@ -55,18 +62,22 @@ def teeth_relief(part, shade, per_mm):
     teeth = is_part(part, "teeth_upper", "teeth_lower")
     if not teeth.any():
         return np.ones(part.shape, np.float32)
-    weight = teeth.astype(np.float32)
-    light = np.log(np.maximum(shade, 0.02)) * weight
     radius = max(RELIEF * per_mm, 0.6)
+    window = around(teeth, BLUR * radius)
+    inside = teeth[window]
+    weight = inside.astype(np.float32)
+    light = np.log(np.maximum(shade[window], 0.02)) * weight
     mean = cv2.GaussianBlur(light, (0, 0), radius) / np.maximum(
         cv2.GaussianBlur(weight, (0, 0), radius), 1e-3
     )
-    return np.exp(np.where(teeth, light - mean, 0)).astype(np.float32)
+    out = np.ones(part.shape, np.float32)
+    out[window] = np.exp(np.where(inside, light - mean, 0))
+    return out
 
 
 def _under_lids(eyes, per_mm):
     """Light under the lids: the upper one hides about half of the sky from the strip below it."""
-    radius = max(1.1 * per_mm, 0.6)
+    radius = max(LIDS * per_mm, 0.6)
     covered = cv2.GaussianBlur((~eyes).astype(np.float32), (0, 0), radius)
     shift = np.float32([[1, 0, 0], [0, 1, 0.9 * radius]])
     covered = cv2.warpAffine(
@@ -79,7 +90,7 @@ def _between_lips(mouth, behind, per_mm):
     """Light between the lips, `behind` mm behind them: less near a lip and deep inside."""
     opening = mouth.astype(np.float32)
     near = cv2.GaussianBlur(opening, (0, 0), max(1.2 * per_mm, 0.6))
-    far = cv2.GaussianBlur(opening, (0, 0), max(5.0 * per_mm, 1.0))
+    far = cv2.GaussianBlur(opening, (0, 0), max(LIPS * per_mm, 1.0))
     deep = 1 / (1 + (np.maximum(behind, 0) / 17.0) ** 2)
     return (
         (0.55 + 0.45 * smoothstep(0.25, 0.95, near)) * (0.75 + 0.25 * smoothstep(0.1, 0.6, far)) * deep

@@ -9,6 +9,7 @@ from bakery.geometry.fill import smoothstep
 from bakery.heads.base import PARTS
 
 EYES = ("eye_left", "eye_right")
+BLUR = 4.5  # standard deviations, beyond which cv2.GaussianBlur of floats sees nothing
 MOUTH = ("mouth_cavity", "teeth_upper", "teeth_lower", "gums_upper", "gums_lower", "tongue")
 
 

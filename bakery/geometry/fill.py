@@ -4,6 +4,15 @@ import cv2
 import numpy as np
 
 
+def around(mask, margin):
+    """Slices (rows, columns) that hold all of a mask [H, W], not empty, and `margin` pixels around it."""
+    out = []
+    for axis in (1, 0):
+        at = np.flatnonzero(mask.any(axis))
+        out.append(slice(max(at[0] - int(np.ceil(margin)), 0), at[-1] + int(np.ceil(margin)) + 1))
+    return tuple(out)
+
+
 def diffuse(values, weight, floor=1e-4):
     """Continue known values smoothly into the unknown (pull-push pyramid).
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bakery.geometry.fill import diffuse, smoothstep
+from bakery.geometry.fill import around, diffuse, smoothstep
 from bakery.geometry.noise import value_noise
 
 
@@ -34,3 +34,12 @@ def test_value_noise_has_unit_variance_and_is_a_function_of_place():
     assert abs(noise.mean()) < 0.03 and abs(noise.var() - 1) < 0.05  # 50,000 samples, correlated
     np.testing.assert_array_equal(noise[:10], value_noise(points[:10], 3.0, seed=5))
     assert np.abs(noise - value_noise(points, 3.0, seed=6)).mean() > 0.5
+
+
+def test_around_holds_the_mask_and_a_margin():
+    mask = np.zeros((40, 60), bool)
+    mask[10:12, 50:58] = True
+    rows, columns = around(mask, 2.5)
+    assert (rows.start, rows.stop) == (7, 15)
+    assert (columns.start, columns.stop) == (47, 61)  # beyond the picture: it ends with it
+    assert mask[rows, columns].sum() == mask.sum()
