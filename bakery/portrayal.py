@@ -20,6 +20,7 @@ from bakery.geometry.color import to_encoded
 from bakery.geometry.sample import bilinear, interpolate
 from bakery.heads.base import gaze_of
 from bakery.landmarks import FACE
+from bakery.parallel import side_by_side
 from bakery.runtime.blend import lay_hair
 from bakery.sitter import Sitter
 from bakery.stages.bundle import IPTC
@@ -29,6 +30,7 @@ from bakery.stages.face_frame import face_frame
 BACKGROUND = 0.5  # sRGB-encoded gray where the head is not
 FILM_SHARE = 0.6  # of the height of a video that the face takes, as `bakery animate` shows it
 STEEPEST = 60.0  # degrees of yaw and pitch that are painted
+FINER = 1.5  # times the pixels of a video a side, painted and then shrunk: or edges crawl
 
 
 @dataclass(frozen=True)
@@ -158,22 +160,19 @@ def film(sitter, take, generator, output, view=(0.0, 0.0), frames=None, progress
         sitter.neutral.fit, sitter.head, sitter.subject.neutral, *view, share=FILM_SHARE
     )
     show = progress or (lambda step, done, total: None)
-    steady = SteadyGenerator(generator)
+    subject, steady = sitter.subject, SteadyGenerator(generator)
+
+    def painted(k):
+        gaze = gaze_of(weights[k]).mean(0) if eyes is None else eyes[k].mean(0)
+        camera = finer(turned(sitter, still, turns[k]))
+        seen = condition(sitter.head, subject.neutral, subject.texture, weights[k], gaze, camera)
+        return seen, generator.generate(subject, seen)
 
     def pictures():
-        for k in range(len(chosen)):
-            gaze = gaze_of(weights[k]).mean(0) if eyes is None else eyes[k].mean(0)
-            camera = turned(sitter, still, turns[k])
-            seen = condition(
-                sitter.head,
-                sitter.subject.neutral,
-                sitter.subject.texture,
-                weights[k],
-                gaze,
-                camera,
-            )
-            image = steady.generate(sitter.subject, seen).image
-            yield np.round(_shown(sitter, seen, image)[0] * 255).astype(np.uint8)
+        for k, (seen, made) in enumerate(side_by_side(painted, range(len(chosen)))):
+            image = steady.follow(sitter.head, seen, made).image
+            picture = shrunk(_shown(sitter, seen, image)[0], still)
+            yield np.round(picture * 255).astype(np.uint8)
             show("generate", k + 1, len(chosen))
 
     note = video.Note(
@@ -185,6 +184,17 @@ def film(sitter, take, generator, output, view=(0.0, 0.0), frames=None, progress
         part = Path(folder) / "part"
         part.write_bytes(video.encode(pictures(), kind, take.rate))
         video.join(output, [part], kind, take.rate, (still.width, still.height), note)
+
+
+def finer(camera):
+    """The camera that the frame of a video is painted with before it is `shrunk`."""
+    width, height = (round(FINER * side) for side in (camera.width, camera.height))
+    return cameras.crop(camera, 0, 0, width, height, FINER)
+
+
+def shrunk(picture, camera):
+    """A picture [h, w, 3] seen by `finer(camera)` in the pixels of the camera: [H, W, 3]."""
+    return cv2.resize(picture, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
 
 
 def turned(sitter, camera, angles):

@@ -43,19 +43,28 @@ def flicker(sitter, take, generator, first, count):
 
 
 def _frames(sitter, take, generator, first, count):
-    """Conditions of each frame, and its pictures [H, W, 3] float32 sRGB-encoded by name."""
+    """Conditions of each frame, and its pictures [H, W, 3] float32 sRGB-encoded by name.
+
+    Both pictures are painted finer and shrunk, as a video is.
+    """
     weights, turns, eyes = take.at(np.arange(first, first + count) / take.rate)
-    subject = sitter.subject
-    still = face_camera(sitter.neutral.fit, sitter.head, subject.neutral)
+    head, subject = sitter.head, sitter.subject
+    still = face_camera(sitter.neutral.fit, head, subject.neutral)
     for k in range(count):
         gaze = gaze_of(weights[k]).mean(0) if eyes is None else eyes[k].mean(0)
         camera = portrayal.turned(sitter, still, turns[k])
-        seen = condition(sitter.head, subject.neutral, subject.texture, weights[k], gaze, camera)
-        made = generator.generate(subject, seen).image
-        pictures = {"conditions": seen.deformed_neutral, "generated": made}
+        seen, fine = (
+            condition(head, subject.neutral, subject.texture, weights[k], gaze, c)
+            for c in (camera, portrayal.finer(camera))
+        )
+        made = generator.generate(subject, fine).image
+        pictures = {"conditions": fine.deformed_neutral, "generated": made}
         yield (
             seen,
-            {n: to_encoded(np.clip(p, 0, 1)).astype(np.float32) for n, p in pictures.items()},
+            {
+                name: portrayal.shrunk(to_encoded(np.clip(picture, 0, 1)), camera)
+                for name, picture in pictures.items()
+            },
         )
 
 

@@ -46,10 +46,21 @@ class SteadyGenerator:
     def generate(self, subject, conditions, interior_only=False):
         """Paint the next frame of a subject (generators.base.Generator)."""
         made = self.generator.generate(subject, conditions, interior_only)
+        return self.follow(subject.head, conditions, made)
+
+    def follow(self, head, conditions, made):
+        """The next frame as it is shown.
+
+        Args:
+            made: what the generator painted of these conditions, elsewhere perhaps.
+
+        Returns:
+            Generated.
+        """
         change = change_of(made.image, conditions.deformed_neutral)
         shift = np.zeros_like(change)
         if self._before is not None:
-            shift = shift_towards(*self._before, subject.head, conditions, change)
+            shift = shift_towards(*self._before, head, conditions, change)
         self._before = conditions, change + shift
         factor = np.exp(shift)
         return replace(
