@@ -139,6 +139,30 @@ def identity(portraits, head, features):
     _line(measuring.measure(network, seen))
 
 
+@evaluate.command(cls=options.Command)
+@click.argument("names", nargs=-1)
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Picture.")
+@click.option("--folder", required=True, type=click.Path(path_type=Path), help="For the bundles.")
+@options.chosen
+@options.head
+@options.overwrite
+def failures(names, output, folder, preset, settings, head, overwrite):
+    """Bake `bakery synth failures`, or those of NAMES: a contact sheet, and what was warned of.
+
+    \b
+    bakery evaluate failures --preset small --folder runs/failures -o docs/failures.jpg
+    """
+    from bakery.evaluate import failures as cases
+    from bakery.formats.image import write_image
+    from bakery.steps import load_head
+
+    options.may_write(output, overwrite)
+    chosen = options.build_options(preset, settings)
+    found = list(cases.outcomes(load_head(head), folder, chosen, names or None))
+    write_image(output, cases.sheet(found), 90)
+    click.echo(cases.table(found))
+
+
 for command in (
     evaluate_generator.generator, evaluate_generator.painted, evaluate_generator.times,
     evaluate_generator.keys, evaluate_generator.detail,

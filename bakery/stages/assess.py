@@ -82,7 +82,11 @@ def assess(photo, landmarks, fit, segmentation, limits=Limits()):
         ("yaw", 1, "the head is turned; one side of the face is made up from the other"),
         ("pitch", 1, "the head is tilted up or down; chin or forehead is made up"),
         ("closed_eyes", -1, "an eye is nearly closed; its iris cannot be read"),
-        ("glasses", 1, "glasses are before the eyes; skin is made up, what lenses mirror stays"),
+        (
+            "glasses",
+            1,
+            "glasses cover the eyes; frames and dark lenses are made up, reflections stay",
+        ),
         ("hair", 1, "hair covers the face; the skin below it is made up"),
         ("hidden", 1, "hair or a deep shadow hides one side; it is made up from the other"),
         ("covered", -1, "something is before the face, as a hand; it is baked into the skin"),

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 from bakery.cli.synth import synth
 from bakery.errors import InputError
 from bakery.formats.image import read_photo
-from bakery.synth import pair_painter, pair_shards
+from bakery.synth import failures, pair_painter, pair_shards
 from bakery.synth.pairs import Shard
 
 
@@ -46,3 +46,12 @@ def test_what_is_not_there_is_said(tmp_path):
         run("pairs", "-n", 1, "-o", tmp_path / "pairs", "--skins", tmp_path)
     assert not (tmp_path / "pairs").exists()
     assert run("pairs", "-n", 0, "-o", tmp_path).exit_code == 2
+
+
+def test_failures_are_painted(tmp_path, monkeypatch):
+    monkeypatch.setattr(failures, "SIZE", (96, 120))
+    done = run("failures", "hand", "-o", tmp_path)
+    assert done.exit_code == 0 and done.stdout.split() == [str(tmp_path / "hand.jpg")]
+    assert read_photo(tmp_path / "hand.jpg").encoded.shape == (120, 96, 3)
+    with pytest.raises(InputError, match="no such case; known: smile"):
+        run("failures", "beard", "-o", tmp_path)

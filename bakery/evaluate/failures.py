@@ -1,0 +1,83 @@
+"""What a bake warns of, and makes of, portraits that no good avatar can come from (docs/failures.md)."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from bakery.formats.image import read_photo, write_image
+from bakery.geometry.color import to_encoded
+from bakery.heads.base import weights
+from bakery.heads.clay import labelled, tile
+from bakery.pipeline import Request, build
+from bakery.runtime.preview import SMILE
+from bakery.runtime.render import draw, over_gray
+from bakery.stages.condition import face_camera
+from bakery.steps import open_avatar
+from bakery.synth.failures import CASES, paint_case
+
+SIDE = 200  # pixels of one picture of the sheet
+COLUMNS = 2  # cases beside each other
+NEUTRAL = {}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One case."""
+
+    name: str
+    what: str
+    findings: list  # of stages.assess.Finding
+    picture: np.ndarray  # [SIDE, 3 * SIDE, 3] encoded: photo, avatar neutral, avatar smiling
+
+
+def outcomes(head, folder, options, names=None):
+    """Paint, bake and draw the cases.
+
+    Args:
+        head: head model that paints them.
+        folder: Path, where photos and bundles go.
+        options: BuildOptions.
+        names: which of synth.failures.CASES; None for all.
+
+    Yields:
+        Outcome.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in names or CASES:
+        photo, bundle = folder / f"{name}.png", folder / f"{name}.avatar"
+        write_image(photo, paint_case(head, name))
+        findings = build(Request(photo=photo, output=bundle, options=options, overwrite=True))
+        row = [labelled(_cut(read_photo(photo).encoded), name), *_portraits(open_avatar(bundle))]
+        yield Outcome(name, CASES[name].what, findings, np.concatenate(row, 1))
+
+
+def _cut(image):
+    """The middle of a portrait [H, W, 3] as a square of SIDE pixels."""
+    width = image.shape[1]
+    top = int(0.47 * image.shape[0] - width / 2)
+    square = image[top : top + width]
+    return cv2.resize(square, (SIDE, SIDE), interpolation=cv2.INTER_AREA)
+
+
+def _portraits(avatar):
+    """The avatar neutral and smiling, from the front."""
+    for named in (NEUTRAL, SMILE):
+        expression = weights(named)
+        camera = face_camera(avatar.fit, avatar.head, avatar.neutral, 0.0, size=SIDE, share=0.6)
+        vertices = avatar.head.vertices(avatar.neutral, expression, (0.0, 0.0))
+        yield to_encoded(over_gray(draw(avatar, vertices, camera, expression, np.zeros(2))))
+
+
+def sheet(found):
+    """All Outcomes in one picture [H, W, 3] encoded."""
+    return tile([outcome.picture for outcome in found], COLUMNS)
+
+
+def table(found):
+    """All Outcomes as a table in Markdown."""
+    lines = ["| portrait | shows | warned of |", "|---|---|---|"]
+    for outcome in found:
+        said = "; ".join(f"**{f.code}**: {f.message}" for f in outcome.findings)
+        lines.append(f"| {outcome.name} | {outcome.what} | {said or 'nothing'} |")
+    return "\n".join(lines)
