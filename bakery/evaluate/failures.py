@@ -53,10 +53,11 @@ def outcomes(head, folder, options, names=None):
 
 
 def _cut(image):
-    """The middle of a portrait [H, W, 3] as a square of SIDE pixels."""
-    width = image.shape[1]
-    top = int(0.47 * image.shape[0] - width / 2)
-    square = image[top : top + width]
+    """The head in a portrait [H, W, 3] as a square of SIDE pixels."""
+    height, width = image.shape[:2]
+    side = int(0.86 * width)
+    top, left = int(0.52 * height - side / 2), (width - side) // 2
+    square = image[top : top + side, left : left + side]
     return cv2.resize(square, (SIDE, SIDE), interpolation=cv2.INTER_AREA)
 
 

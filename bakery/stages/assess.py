@@ -41,12 +41,11 @@ class Limits:
     hair: float = 0.05  # share of the face; neutral: up to 0.01
     hidden: float = 0.02  # share of the face; neutral: 0
     # at least: landmarks of one part of the face are as sure as this times those of the surest;
-    # neutral: from 0.88, a painted hand before the chin: up to 0.84
+    # neutral: from 0.9, in the dark 0.88, a painted hand before the chin: up to 0.84
     covered: float = 0.85
     shadow: float = 1.0  # stops between the halves of the face; neutral: up to 0.3
-    cast_shadow: float = (
-        0.03  # share of plain skin, see `fit_photo.dark_share`; neutral: up to 0.02
-    )
+    # share of plain skin, see `fit_photo.dark_share`; neutral: up to 0.02, smiling 0.028
+    cast_shadow: float = 0.03
     dark: float = 0.3  # at least: white of the brighter eye, encoded; neutral: from 0.4
     small: float = 200.0  # at least: pixels that the face is large; the texture shows it at 500
     # at least: see `sharpness`; sharp: from 0.11, blurred by 0.4 (0.8)% of the face up to 0.07 (0.01)
