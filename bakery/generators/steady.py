@@ -3,7 +3,8 @@
 A generator sees one picture at a time and answers a little differently to the same piece of skin when
 it lies a part of a pixel further. So what it changed in the last frame is carried along the surface
 to where that surface lies now, and stays as far as it is near what was painted now. A change that is
-not near is an expression that comes or goes: it is shown in its own frame, but for REACH.
+not near is an expression that comes or goes: it is shown in its own frame, but for REACH. On skin
+tone alone is carried; lines come and go with their frame.
 
 References:
     Temporal accumulation along motion, the history clamped to the new frame: Karis, High-Quality
@@ -13,6 +14,7 @@ References:
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 
 from bakery.generators.planes import NONE
@@ -20,10 +22,11 @@ from bakery.generators.shade import EYES, MOUTH, is_part
 from bakery.geometry import camera as cameras
 from bakery.geometry.sample import bilinear, interpolate
 
-# Log of linear light by which a frame may differ from its own picture: 3 levels of 255 on skin, 8 on
-# teeth, whose tone the generator knows least.
-REACH, MOUTH_REACH = 0.05, 0.15
-KEEP = 0.9  # share of that difference in the next frame: half is gone in 7 frames
+# Log of linear light by which a frame may differ from its own picture: 4 levels of 255 on skin, 11 on
+# teeth, whose tone the generator knows least. More was not looked at; it would lag.
+REACH, MOUTH_REACH = 0.07, 0.2
+KEEP = 0.93  # share of that difference in the next frame: half is gone in 10 frames
+TONE = 1.0  # mm, over which it is taken on skin: lines are the frame's own and come at once
 BLACK = 0.004  # linear light; shares of what is much darker say nothing
 SAME = 0.005  # of the atlas: two pixels further apart show different places of the face
 
@@ -85,7 +88,16 @@ def shift_towards(before, shown, head, conditions, change):
     same &= ~is_part(conditions.part, *EYES)
     apart = (bilinear(shown, there) - change) * same[..., None]
     reach = np.where(is_part(conditions.part, *MOUTH), MOUTH_REACH, REACH)[..., None]
-    return np.clip(KEEP * apart, -reach, reach).astype(np.float32)
+    shift = np.clip(KEEP * apart, -reach, reach).astype(np.float32)
+    known = (same & is_part(conditions.part, "skin")).astype(np.float32)[..., None]
+    camera = conditions.camera
+    radius = TONE * camera.focal / -cameras.to_camera(np.zeros(3), camera)[2]  # pixels
+    tone = _blurred(shift * known, radius) / np.maximum(_blurred(known, radius), 1e-3)
+    return np.where(known > 0, tone, shift)
+
+
+def _blurred(picture, radius):
+    return cv2.GaussianBlur(picture, (0, 0), radius).reshape(picture.shape)
 
 
 def followed(head, here, other):

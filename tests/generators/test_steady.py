@@ -76,7 +76,7 @@ def skin_of(conditions):
 def pattern(head, conditions):
     """A change [H, W, 1] within reach that belongs to the skin, not to the picture."""
     uv = interpolate(conditions.fragments, head.uv[head.uv_faces])
-    return 0.04 * np.sin(40 * uv.sum(-1, keepdims=True))
+    return 0.04 * np.sin(8 * uv.sum(-1, keepdims=True))
 
 
 def test_a_still_take_is_the_frame_itself(head, drawn, play):
@@ -93,8 +93,8 @@ def test_a_moving_surface_carries_its_change(head, drawn, play):
     shown = play(seen, 0.0)
     kept = steady.KEEP * pattern(head, seen)[..., 0]
     skin = skin_of(seen)
-    # Three rows of throat have come in at the border.
-    assert (np.abs(shown - kept) < 1e-3)[skin].mean() > 0.98
+    # Three rows of throat have come in at the border; tone is a mean over a millimetre.
+    assert (np.abs(shown - kept) < 2e-3)[skin].mean() > 0.98
 
 
 def test_what_was_hidden_starts_anew(head, drawn, play):
@@ -120,12 +120,23 @@ def test_a_step_is_shown_in_its_own_frame_but_for_the_reach(drawn, play):
     mouth, eyes = is_part(seen.part, *MOUTH), is_part(seen.part, *EYES)
     assert mouth.sum() > 50 and eyes.sum() > 20
     play(seen, 0.0)
-    left = [0.5 - play(seen, 0.5) for _ in range(30)]
+    left = [0.5 - play(seen, 0.5) for _ in range(46)]
     assert_allclose(left[0][skin_of(seen)], steady.REACH, atol=1e-5)
     assert_allclose(left[0][mouth], steady.MOUTH_REACH, atol=1e-5)
     assert_allclose(left[0][eyes], 0, atol=1e-6)
-    assert np.abs(left[7]).max() < 0.5 * steady.MOUTH_REACH
-    assert np.abs(left[29]).max() < 0.05 * steady.MOUTH_REACH
+    assert np.abs(left[10]).max() < 0.5 * steady.MOUTH_REACH
+    assert np.abs(left[45]).max() < 0.05 * steady.MOUTH_REACH
+
+
+def test_lines_come_with_their_frame(head, drawn, play):
+    """Stripes of 1.5 mm appear: their mean is carried, the stripes are not."""
+    seen = drawn()
+    place = interpolate(seen.fragments, seen.vertices[head.faces])
+    lines = np.sin(2 * np.pi * place[..., 1:2] / 1.5)
+    front = skin_of(seen) & (seen.normals[..., 2] > 0.9)
+    play(seen, 0.0)
+    shown = play(seen, 0.05 * lines)[front]
+    assert shown.std() > 0.9 * (0.05 * lines[front]).std()
 
 
 def test_what_goes_to_and_fro_is_calmed(drawn, play):
