@@ -34,11 +34,12 @@ def closeups(skins, photos, dense, run, output, head, settings, overwrite):
         raise click.UsageError("--photos and --dense go together: give both or none")
     tables = preset.with_settings({}, [f"train.{setting}" for setting in settings])
     chosen = preset.options_from(training.CloseupOptions, tables.get("train", {}), "train")
+    model = steps.load_head(head)
     with options.progress() as progress:
-        training.collect(run, steps.load_head(head), skins, photos, dense, chosen, progress)
+        training.collect(run, model, skins, photos, dense, chosen, progress)
     tensors = []
     for name in ("eye", "mouth"):
-        for figures in training.train_part(name, run, chosen):
+        for figures in training.train_part(name, run, model, chosen):
             if "tensors" in figures:
                 tensors.append(figures["tensors"])
             else:

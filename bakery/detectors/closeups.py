@@ -1,12 +1,13 @@
-"""A closer look at eyes, brows and mouth: points where the whole face leaves too few pixels.
+"""A closer look at eyes and mouth: points where the whole face leaves too few pixels.
 
 The points network sees a face in 128 pixels and learned from resting and smiling people: it shows
 a quarter of how far eyes close and a third of how far lips part. Two small networks look at each eye
-and at the mouth in crops of their own; their points take the place of the first ones.
+and at the mouth in crops of their own; all points in these crops take the place of the first ones.
 
 torch is imported on the first use, for it takes a second.
 """
 
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -21,21 +22,20 @@ WEIGHTS = Path(__file__).resolve().parents[1] / "assets" / "detectors" / "closeu
 SIDE = 64  # pixels of a crop
 EYE_SPAN, MOUTH_SPAN = 2.3, 1.2  # side of a crop over the eye's width; over the outer-eye distance
 EYE_LIFT = 0.3  # eye widths that the crop's middle lies above the eye's: the brow is in it
-LID_POINTS, BROW_POINTS = len(marks.EYE_LEFT), len(marks.BROW_LEFT)
-# The left eye's points; the right eye is looked at in the mirror, where it has the same order.
-EYES = (
-    (marks.EYE_LEFT, marks.LEFT_IRIS, marks.BROW_LEFT),
-    (marks.EYE_RIGHT, marks.RIGHT_IRIS, marks.BROW_RIGHT),
-)
+LOOKS = 4  # at most at one picture
+MOVED = 0.08  # share of a crop's side: where its middle lay farther off, it is cut and seen again
 CORNERS = (
     (marks.LEFT_EYE_OUTER, marks.LEFT_EYE_INNER),
     (marks.RIGHT_EYE_OUTER, marks.RIGHT_EYE_INNER),
 )
-MOUTH = np.concatenate([marks.LIPS_OUTER, marks.LIPS_INNER])
-SEEN_CLOSE = np.unique(
-    np.concatenate([MOUTH, *(part for eye in EYES for part in (eye[0], eye[2]))])
-)
-EYE_COUNT, MOUTH_COUNT = LID_POINTS + 1 + BROW_POINTS, len(MOUTH)
+
+
+@dataclass(frozen=True, eq=False)
+class Closeup:
+    """A network and what it sees."""
+
+    network: object  # CloseupNet
+    rows: np.ndarray  # [crops, n] its points in the crops of one face; an iris' first is its middle
 
 
 def eye_frames(points):
@@ -93,7 +93,10 @@ def take(image, matrix, side=SIDE):
 
 
 def look_closer(image, points):
-    """Points [478, 2] with those of eyes, brows and mouth seen again.
+    """Points [478, 2] with those around eyes and mouth seen again.
+
+    Where the points network takes a dark neck for the chin, the first crop lies a fifth of the face too
+    low; the second does not.
 
     Args:
         image: [H, W, 3] uint8 sRGB.
@@ -102,31 +105,51 @@ def look_closer(image, points):
     Raises:
         ModelError: the weights are missing or damaged.
     """
+    points = np.array(points, np.float64)
+    for _ in range(LOOKS):
+        crops = [*eye_frames(points), mouth_frame(points)]
+        points = _look(image, points, crops)
+        after = [*eye_frames(points), mouth_frame(points)]
+        moved = [
+            np.linalg.norm(new.center - old.center) / old.size for new, old in zip(after, crops)
+        ]
+        if max(moved) < MOVED:
+            break
+    return points
+
+
+def _look(image, points, crops):
+    """One look at the crops (left eye, right eye, mouth) of points [478, 2]."""
     import torch
 
-    eye_net, mouth_net = networks()
-    points = np.array(points, np.float64)
-    matrices = [
-        matrix_of(frame, mirrored) for frame, mirrored in zip(eye_frames(points), (False, True))
-    ]
-    crops = np.stack([take(image, matrix) for matrix in matrices])
-    lower = matrix_of(mouth_frame(points))
-    mouth = take(image, lower)[None]
-    with torch.inference_mode():
-        eyes = eye_net(torch.from_numpy(crops)).numpy()
-        lips = mouth_net(torch.from_numpy(mouth)).numpy()[0]
-    for (lids, iris, brow), matrix, found in zip(EYES, matrices, eyes):
-        found = frames.apply_affine(frames.invert_affine(matrix), (found + 0.5) * SIDE)
-        points[lids] = found[:LID_POINTS]
-        points[iris] += found[LID_POINTS] - points[iris].mean(0)
-        points[brow] = found[LID_POINTS + 1 :]
-    points[MOUTH] = frames.apply_affine(frames.invert_affine(lower), (lips + 0.5) * SIDE)
-    return points
+    left, right, mouth = crops
+    eyes = [matrix_of(left), matrix_of(right, True)]
+    total, times = np.zeros_like(points), np.zeros(len(points))
+    for closeup, matrices in zip(networks(), (eyes, [matrix_of(mouth)])):
+        pictures = np.stack([take(image, matrix) for matrix in matrices])
+        with torch.inference_mode():
+            answers = closeup.network(torch.from_numpy(pictures)).numpy()
+        for rows, matrix, found in zip(closeup.rows, matrices, answers):
+            total[rows] += frames.apply_affine(frames.invert_affine(matrix), (found + 0.5) * SIDE)
+            times[rows] += 1
+    seen = times > 0
+    total[seen] /= times[seen][:, None]  # crops overlap
+    points = points.copy()
+    for iris in (marks.LEFT_IRIS, marks.RIGHT_IRIS):
+        points[iris] += total[iris.start] - points[iris].mean(0)
+        seen[iris] = False
+    return np.where(seen[:, None], total, points)
+
+
+def seen_close():
+    """The points of the skin that `look_closer` sees again [n]."""
+    rows = np.unique(np.concatenate([closeup.rows.ravel() for closeup in networks()]))
+    return rows[rows < marks.FACE]
 
 
 @cache
 def networks(path=WEIGHTS):
-    """The networks of eyes and mouth, ready to run.
+    """The Closeups of eyes and mouth, ready to run.
 
     Raises:
         ModelError: the file is missing, damaged or of another network.
@@ -138,12 +161,12 @@ def networks(path=WEIGHTS):
     found = []
     try:
         tensors = load_file(path)
-        for name, count in (("eye.", EYE_COUNT), ("mouth.", MOUTH_COUNT)):
-            network = CloseupNet(count, folded=True)
-            network.load_state_dict(
-                {k.removeprefix(name): v.float() for k, v in tensors.items() if k.startswith(name)}
-            )
-            found.append(network.eval())
+        for name in ("eye.", "mouth."):
+            own = {k.removeprefix(name): v for k, v in tensors.items() if k.startswith(name)}
+            rows = own.pop("rows").numpy()
+            network = CloseupNet(rows.shape[1], folded=True)
+            network.load_state_dict({k: v.float() for k, v in own.items()})
+            found.append(Closeup(network.eval(), rows))
     except FileNotFoundError:
         raise ModelError(f"{path}: no such weights; reinstall bakery") from None
     except Exception as error:

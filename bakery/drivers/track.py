@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bakery.detectors import frames
-from bakery.detectors.closeups import SEEN_CLOSE, look_closer
+from bakery.detectors.closeups import look_closer, seen_close
 from bakery.errors import FitError, InputError
 from bakery.formats.livelink import Take
 from bakery.geometry import camera as cameras_of
@@ -223,7 +223,7 @@ def trust_of(model, options):
     far = reach[groups.FITTED].max(0) / options.trust_reach
     trust = np.ones(frames.POINTS)
     trust[:FACE] = options.trust + (1 - options.trust) * np.exp(-far)
-    trust[SEEN_CLOSE] = 1
+    trust[seen_close()] = 1
     return trust
 
 

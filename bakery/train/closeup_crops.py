@@ -26,9 +26,11 @@ from bakery.synth.scene import portrait_camera, random_scene
 from bakery.synth.subject import random_subject
 from bakery.synth.training import TrainingOptions
 from bakery.train import augment
+from bakery.train.faces import mirror_order
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS, Fit
 
 WIDE = 96  # pixels of a kept crop
+INSIDE = 0.95  # of a crop in which points of the mean head are looked for
 MARGIN = 1.35  # its side over that of the crop the network sees
 SIZE = (128, 288)  # pixels of a painted frame's side, least and most
 CAREFUL = TrainingOptions(size=224)
@@ -157,11 +159,11 @@ def believed(rng, points):
     """What the points network makes of points [478, 2]: features off as a whole, lips too shut."""
     unit = marks.face_size(points)
     found = points + rng.normal(0, 0.004, points.shape) * unit
-    for rows in (closeups.MOUTH, marks.EYE_LEFT, marks.EYE_RIGHT):
+    for rows in (marks.LIPS, marks.EYE_LEFT, marks.EYE_RIGHT):
         found[rows] += np.clip(rng.standard_t(4, 2) * 0.018, -0.1, 0.1) * unit
     closing = rng.uniform(0.2, 1.0)  # lips part by a third only
     middle = (found[marks.LIPS_INNER_UPPER] + found[marks.LIPS_INNER_LOWER]).mean(0) / 2
-    found[closeups.MOUTH] = middle + (found[closeups.MOUTH] - middle) * [1, closing]
+    found[marks.LIPS] = middle + (found[marks.LIPS] - middle) * [1, closing]
     return found
 
 
@@ -173,8 +175,9 @@ def crops_of(rng, picture, points):
         points: [478, 2] pixels.
 
     Returns:
-        eyes [2, W, W] uint8 with points [2, n, 2], mouth [W, W] with points [m, 2]; in the unit of
-        the network's own crop, from its middle.
+        eyes [2, W, W] uint8 (left, right in the mirror) with points [2, 478, 2], mouth [W, W] with
+        points [478, 2]; in the unit of the network's own crop, from its middle. An eye's iris has
+        its middle in all five points.
     """
     coarse = believed(rng, points)
     picture = np.ascontiguousarray(picture[..., ::-1])
@@ -184,16 +187,16 @@ def crops_of(rng, picture, points):
     if rng.random() < 0.1:
         picture = augment.occlude(rng, picture, points, 0.5 * size)
     picture = augment.photograph(rng, picture, rng.uniform(0.2, 0.8))[..., ::-1]
+    seen = points.copy()
+    for iris in (marks.LEFT_IRIS, marks.RIGHT_IRIS):
+        seen[iris] = points[iris].mean(0)
     eyes, targets = [], []
-    for frame, mirrored, (lids, iris, brow) in zip(
-        closeups.eye_frames(coarse), (False, True), closeups.EYES
-    ):
+    for frame, mirrored in zip(closeups.eye_frames(coarse), (False, True)):
         crop, place = _crop(picture, frame, mirrored)
-        seen = np.concatenate([points[lids], points[iris].mean(0)[None], points[brow]])
         eyes.append(crop)
         targets.append(place(seen))
     crop, place = _crop(picture, closeups.mouth_frame(coarse), False)
-    return np.stack(eyes), np.stack(targets), crop, place(points[closeups.MOUTH])
+    return np.stack(eyes), np.stack(targets), crop, place(seen)
 
 
 def _crop(picture, frame, mirrored):
@@ -201,6 +204,34 @@ def _crop(picture, frame, mirrored):
     matrix = closeups.matrix_of(wide, mirrored, WIDE)
     crop = closeups.take(picture, matrix, WIDE)
     return crop, lambda points: (frames.apply_affine(matrix, points) / WIDE - 0.5) * MARGIN
+
+
+def rows_seen(head):
+    """The points that lie in the crops of the mean head: eyes [2, n] (left, right), mouth [1, m].
+
+    The right eye's are the counterparts of the left's.
+    """
+    points = head.landmarks(head.mean)
+    order = mirror_order(points[None])
+    flat = points[:, :2] * [1, -1]
+
+    def within(frame):
+        return np.abs(flat - frame.center).max(1) < 0.5 * INSIDE * frame.size
+
+    skin = np.arange(len(flat)) < marks.FACE
+    mouth = within(closeups.mouth_frame(flat)) & skin
+    left = np.append(
+        np.flatnonzero(within(closeups.eye_frames(flat)[0]) & skin), marks.LEFT_IRIS.start
+    )
+    right = np.append(order[left[:-1]], marks.RIGHT_IRIS.start)
+    return np.stack([left, right]), np.flatnonzero(mouth & mouth[order])[None]
+
+
+def mirrored_rows(head, rows):
+    """Which of the points in `rows` [n] takes whose place in the mirror [n]."""
+    order = mirror_order(head.landmarks(head.mean)[None])
+    place = {int(row): number for number, row in enumerate(rows)}
+    return np.array([place[int(order[row])] for row in rows])
 
 
 def table_of(rng, pictures, copies):

@@ -12,6 +12,7 @@ import numpy as np
 import torch
 from safetensors.torch import save_file
 
+from bakery import landmarks as marks
 from bakery.detectors.blocks import CloseupNet, fold
 from bakery.detectors.closeups import SIDE
 from bakery.errors import ModelError
@@ -22,8 +23,8 @@ from bakery.train import runs
 from bakery.train.photos import read_photos
 
 TEXELS = 512  # side of the quick painter's skins
-# The lips' rings begin at the right corner and reach the left one after ten steps.
-MIRROR = np.concatenate([(10 - np.arange(20)) % 20, 20 + (10 - np.arange(20)) % 20])
+RIMS = np.concatenate([marks.LIPS, *marks.EYES, marks.BROWS, [marks.LEFT_IRIS.start]])
+RIM = 3.0  # what a point of these counts in the loss, over one of the skin around
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class CloseupOptions:
     copies: int = 2  # cameras that look at each frame
     photo_copies: int = 5  # and at each photograph
     held: int = 16  # every so many people, one is measured and not learned from
-    steps: int = 2000
+    steps: int = 1600
     batch: int = 64
     rate: float = 2e-3
     average: float = 0.995  # of the weights that ship
@@ -96,11 +97,12 @@ def sitters(photos, dense):
     return dict(enumerate(found.values()))
 
 
-def read_crops(run, name, options):
+def read_crops(run, name, rows, options):
     """The crops of a run: learned from, and held out by kind of person.
 
     Args:
         name: "eye" or "mouth".
+        rows: [crops, n] the points to learn, see `closeup_crops.rows_seen`.
 
     Returns:
         (crops [N, W, W] uint8, points [N, n, 2]) to learn from, and {kind: the same} to measure.
@@ -110,7 +112,9 @@ def read_crops(run, name, options):
         kind, number = path.stem.split("-")
         held = int(number) % options.held == options.held - 1
         with np.load(path) as table:
-            part = table[name + "s"], table[name + "_points"]
+            crops, points = table[name + "s"], table[name + "_points"]
+        which = np.arange(len(crops)) % len(rows)  # left and right eyes take turns
+        part = crops, points[np.arange(len(crops))[:, None], rows[which]]
         parts.setdefault(kind if held else "", []).append(part)
     joined = {
         kind: tuple(np.concatenate(column) for column in zip(*some)) for kind, some in parts.items()
@@ -118,13 +122,14 @@ def read_crops(run, name, options):
     return joined.pop(""), joined
 
 
-def train(crops, points, options, held=None, mirror=None):
+def train(crops, points, options, held=None, mirror=None, importance=None):
     """Train one network.
 
     Args:
         crops: [N, W, W] uint8; points: [N, n, 2], see `closeup_crops.crops_of`.
         held: {name: crops and points} that are measured and not learned from.
         mirror: [n] which point takes whose place in the mirror, or None.
+        importance: [n] of each point in the loss, or None for all alike.
 
     Yields:
         dict of figures; the last one has "tensors", what ships.
@@ -141,6 +146,8 @@ def train(crops, points, options, held=None, mirror=None):
     network.mean_shape.copy_(torch.from_numpy(points.mean(0)))
     averaged.load_state_dict(network.state_dict())
     optimizer = torch.optim.AdamW(network.parameters(), weight_decay=1e-4)
+    share = torch.ones(count) if importance is None else torch.from_numpy(importance).float()
+    share = share / share.mean()
     test = {
         name: [torch.from_numpy(part) for part in crops_of_people.jittered(rng, *some)]
         for name, some in (held or {}).items()
@@ -158,7 +165,7 @@ def train(crops, points, options, held=None, mirror=None):
         network.train()
         with torch.autocast("cpu", torch.bfloat16, enabled=half):
             found = network(torch.from_numpy(batch))
-        loss = (found - torch.from_numpy(target)).norm(dim=-1).mean()
+        loss = ((found - torch.from_numpy(target)).norm(dim=-1) * share).mean()
         if not torch.isfinite(loss):
             raise ModelError(f"the loss is not finite at step {step}; give a lower rate")
         optimizer.zero_grad(set_to_none=True)
@@ -171,22 +178,31 @@ def train(crops, points, options, held=None, mirror=None):
             figures = {"step": step, "loss": round(loss.item(), 5)}
             with torch.inference_mode():
                 for name, (seen, truth) in test.items():
-                    miss = (averaged(seen) - truth).norm(dim=-1).mean()
+                    miss = ((averaged(seen) - truth).norm(dim=-1) * share).mean()
                     figures["held_out_" + name] = round(float(miss), 5)
             yield figures
     yield {"tensors": fold(averaged.eval())}
 
 
-def train_part(name, run, options):
-    """`train` on the "eye" or the "mouth" crops of what `collect` wrote."""
-    (crops, points), held = read_crops(run, name, options)
-    return train(crops, points, options, held, MIRROR if name == "mouth" else None)
+def train_part(name, run, head, options):
+    """`train` on the "eye" or the "mouth" crops of what `collect` wrote; tensors with their rows."""
+    eyes, mouth = crops_of_people.rows_seen(head)
+    rows = eyes if name == "eye" else mouth
+    mirror = crops_of_people.mirrored_rows(head, mouth[0]) if name == "mouth" else None
+    importance = np.where(np.isin(rows[0], RIMS), RIM, 1.0)
+    (crops, points), held = read_crops(run, name, rows, options)
+    for figures in train(crops, points, options, held, mirror, importance):
+        if "tensors" in figures:
+            figures["tensors"]["rows"] = torch.from_numpy(rows)
+        yield figures
 
 
 def export(eye, mouth, path):
-    """Write what `train` gave for eyes and mouth into one file, half precision."""
-    tensors = {f"eye.{k}": v.half() for k, v in eye.items()}
-    tensors |= {f"mouth.{k}": v.half() for k, v in mouth.items()}
+    """Write what `train_part` gave for eyes and mouth into one file, half precision."""
+    tensors = {}
+    for name, part in (("eye", eye), ("mouth", mouth)):
+        for key, value in part.items():
+            tensors[f"{name}.{key}"] = value.half() if value.is_floating_point() else value
     aside = Path(path).with_suffix(".tmp")
     save_file(tensors, aside)
     os.replace(aside, path)

@@ -27,8 +27,8 @@ def test_right_eyes_are_seen_in_the_mirror():
     _, points = sample("anna")
     left, right = closeups.eye_frames(points)
     lids = [
-        frames.apply_affine(closeups.matrix_of(frame, mirrored), points[rows[0]])
-        for frame, mirrored, rows in zip((left, right), (False, True), closeups.EYES)
+        frames.apply_affine(closeups.matrix_of(frame, mirrored), points[rows])
+        for frame, mirrored, rows in zip((left, right), (False, True), marks.EYES)
     ]
     outer = [part[0] for part in lids]  # both rings begin at the outer corner
     assert outer[0][0] > 40 and outer[1][0] > 40
@@ -61,7 +61,7 @@ def test_lips_and_lids_that_are_off_are_mended(name):
     wrong = points.copy()
     for upper, lower in zip(marks.LIDS_UPPER, marks.LIDS_LOWER):
         wrong[upper] += 0.5 * (points[lower] - points[upper])
-    wrong[closeups.MOUTH, 1] += 0.04 * marks.face_size(points)
+    wrong[marks.LIPS, 1] += 0.04 * marks.face_size(points)
     mended = closeups.look_closer(picture, wrong)
     unit = marks.face_size(points)
     rings = np.concatenate([marks.EYE_LEFT, marks.EYE_RIGHT])
@@ -69,9 +69,9 @@ def test_lips_and_lids_that_are_off_are_mended(name):
     def error(found, rows):
         return np.linalg.norm(found[rows] - points[rows], axis=1).mean() / unit
 
-    assert error(mended, closeups.MOUTH) < 0.03 and error(wrong, closeups.MOUTH) > 0.039
+    assert error(mended, marks.LIPS) < 0.03 and error(wrong, marks.LIPS) > 0.039
     assert error(mended, rings) < 0.025
-    others = np.setdiff1d(np.arange(468), closeups.SEEN_CLOSE)
+    others = np.setdiff1d(np.arange(468), closeups.seen_close())
     np.testing.assert_array_equal(mended[others], wrong[others])
 
 

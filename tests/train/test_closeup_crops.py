@@ -32,11 +32,24 @@ def test_crops_hold_their_points(head):
     assert table["eyes"].shape == (80, WIDE, WIDE) and table["eyes"].dtype == np.uint8
     assert table["mouths"].shape == (40, WIDE, WIDE)
     eyes, lips = table["eye_points"], table["mouth_points"]
-    assert eyes.shape == (80, closeups.EYE_COUNT, 2) and eyes.dtype == np.float32
-    assert lips.shape == (40, closeups.MOUTH_COUNT, 2)
-    assert np.abs(np.median(lips, 0)).max() < 0.45 and np.abs(np.median(eyes, 0)).max() < 0.5
-    left, right = np.median(eyes[::2], 0), np.median(eyes[1::2], 0)
+    assert eyes.shape == (80, 478, 2) and lips.shape == (40, 478, 2) and lips.dtype == np.float32
+    (left, right), (mouth,) = closeup_crops.rows_seen(head)
+    assert np.abs(np.median(lips, 0)[mouth]).max() < 0.55
+    left, right = np.median(eyes[::2], 0)[left], np.median(eyes[1::2], 0)[right]
+    assert np.abs(left).max() < 0.55
     assert np.abs(left - right).max() < 0.06  # the head is symmetric, the right eye mirrored
+
+
+def test_rows_hold_all_of_lids_brows_and_lips(head):
+    (left, right), (mouth,) = closeup_crops.rows_seen(head)
+    assert set(marks.EYE_LEFT) | set(marks.BROW_LEFT) | {marks.LEFT_IRIS.start} <= set(left)
+    assert set(marks.EYE_RIGHT) | set(marks.BROW_RIGHT) | {marks.RIGHT_IRIS.start} <= set(right)
+    assert set(marks.LIPS) | set(marks.NOSE_BASE) <= set(mouth)
+    where = dict(zip(left, right))
+    assert [where[row] for row in marks.EYE_LEFT] == list(marks.EYE_RIGHT)
+    mirror = closeup_crops.mirrored_rows(head, mouth)
+    assert (mirror[mirror] == np.arange(len(mouth))).all()
+    assert mouth[mirror[list(mouth).index(61)]] == 291 and mouth[mirror[list(mouth).index(0)]] == 0
 
 
 def test_features_are_believed_off_as_a_whole(head):
@@ -46,7 +59,7 @@ def test_features_are_believed_off_as_a_whole(head):
     points = cameras.project(head.landmarks(head.mean.astype(float)), portrait_camera(256, 256))
     rng = np.random.default_rng(0)
     moved = [closeup_crops.believed(rng, points) - points for _ in range(200)]
-    away = np.array([move[closeups.MOUTH].mean(0) for move in moved]) / marks.face_size(points)
+    away = np.array([move[marks.LIPS].mean(0) for move in moved]) / marks.face_size(points)
     assert 0.015 < away.std() < 0.05 and np.abs(away.mean(0)).max() < 0.01
     assert np.abs(away).max() < 0.12
 

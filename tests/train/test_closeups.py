@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+import torch
 
-from bakery import landmarks as marks
 from bakery.detectors import closeups
 from bakery.errors import InputError, ModelError
+from bakery.train import closeup_crops
 from bakery.train import closeups as training
 from bakery.train.closeup_crops import WIDE
-from bakery.train.closeups import MIRROR, CloseupOptions, export, train
+from bakery.train.closeups import CloseupOptions, export, train
 
 
 def test_it_learns_where_a_spot_is(spots):
@@ -24,21 +25,14 @@ def test_it_learns_where_a_spot_is(spots):
 def test_weights_come_back(tmp_path):
     options = CloseupOptions(steps=1, batch=2)
     made = []
-    for count in (closeups.EYE_COUNT, closeups.MOUTH_COUNT):
-        points = np.zeros((8, count, 2), np.float32)
-        made.append(
-            list(train(np.zeros((8, WIDE, WIDE), np.uint8), points, options))[-1]["tensors"]
-        )
+    for rows in ([[5, 6, 473], [7, 8, 468]], [[0, 13]]):
+        points = np.zeros((8, len(rows[0]), 2), np.float32)
+        tensors = list(train(np.zeros((8, WIDE, WIDE), np.uint8), points, options))[-1]["tensors"]
+        made.append(tensors | {"rows": torch.tensor(rows)})
     export(*made, tmp_path / "w.safetensors")
     eye, mouth = closeups.networks(tmp_path / "w.safetensors")
-    assert eye.out.out_features == 2 * closeups.EYE_COUNT and not mouth.training
-
-
-def test_the_mirror_swaps_the_corners():
-    ring = closeups.MOUTH[:20]
-    assert ring[0] == marks.MOUTH_CORNERS[0] and ring[MIRROR[0]] == marks.MOUTH_CORNERS[1]
-    assert (MIRROR[MIRROR] == np.arange(40)).all()
-    assert ring[MIRROR[5]] == ring[5] == 17 and ring[MIRROR[15]] == ring[15] == 0
+    assert eye.rows.tolist() == [[5, 6, 473], [7, 8, 468]] and mouth.rows.tolist() == [[0, 13]]
+    assert eye.network.out.out_features == 6 and not mouth.network.training
 
 
 def test_a_run_paints_once_and_holds_people_out(head, tmp_path, monkeypatch):
@@ -58,11 +52,14 @@ def test_a_run_paints_once_and_holds_people_out(head, tmp_path, monkeypatch):
     assert len(painted) == 6
     training.collect(tmp_path, head, None, None, None, options)
     assert len(painted) == 6
-    (crops, points), held = training.read_crops(tmp_path, "mouth", options)
-    assert crops.shape == (9, WIDE, WIDE) and points.shape == (9, closeups.MOUTH_COUNT, 2)
+    eye_rows, mouth_rows = closeup_crops.rows_seen(head)
+    (crops, points), held = training.read_crops(tmp_path, "mouth", mouth_rows, options)
+    assert crops.shape == (9, WIDE, WIDE) and points.shape == (9, mouth_rows.shape[1], 2)
     assert {kind: len(some[0]) for kind, some in held.items()} == {"quick": 6, "careful": 3}
-    eyes, _ = training.read_crops(tmp_path, "eye", options)[0]
-    assert len(eyes) == 18
+    eyes, points = training.read_crops(tmp_path, "eye", eye_rows, options)[0]
+    assert len(eyes) == len(points) == 18
+    left, right = np.median(points[::2], 0), np.median(points[1::2], 0)
+    assert np.abs(left - right).max() < 0.1  # the same places in the right eye's mirror image
     with pytest.raises(InputError, match="other seed"):
         training.collect(tmp_path, head, None, None, None, CloseupOptions(copies=3, seed=1))
 
