@@ -84,7 +84,7 @@ def assess(photo, landmarks, fit, segmentation, limits=Limits()):
         (
             "glasses",
             1,
-            "glasses cover the eyes; frames and dark lenses are made up, reflections stay",
+            "glasses cover the eyes; what they hide is made up, reflections on the eyes stay",
         ),
         ("hair", 1, "hair covers the face; the skin below it is made up"),
         ("hidden", 1, "hair or a deep shadow hides one side; it is made up from the other"),

@@ -16,7 +16,7 @@ from bakery import landmarks
 from bakery.check import check_array
 from bakery.stages import segment_prior as prior
 from bakery.stages.segment_models import LAB_BINS, GuidedFilter, histogram, lab_bins
-from bakery.stages.segment_overlays import find_cover, find_glasses, find_lenses, find_strands
+from bakery.stages.segment_overlays import find_cover, find_eyewear, find_strands
 
 LABELS = ("background", "skin", "hair", "clothes", "glasses", "eyes", "lips", "mouth", "hidden")
 BACKGROUND, SKIN, HAIR, CLOTHES, GLASSES, EYES, LIPS, MOUTH, HIDDEN = range(len(LABELS))
@@ -244,7 +244,7 @@ def _classify(small, points, rounds):
     shares = _settle_islands(shares, lightness, angle, radius, seed)
     strands = find_strands(lightness, shares[HAIR] > 0.5, points, radius) & ~face
     shares[:, strands] = _SURE_HAIR
-    glasses = find_glasses(lightness, points, radius) | find_lenses(small, points, radius)
+    glasses = find_eyewear(small, lightness, points, radius)
     hidden = find_cover(small, colors, expected[HAIR] > 0.55, seed & ~glasses, radius)
     hidden &= (radius < 1) | ((radius < 1.25) & (shares[SKIN] > 0.5))
     shares[:, glasses | hidden] = 0

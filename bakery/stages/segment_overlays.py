@@ -14,11 +14,29 @@ EDGE = 7.0  # the same for a single pixel of a frame
 STRAND = 5.0  # and of a strand of hair
 # log(red / green) around the eyes against the cheeks': bare faces reach -0.32, dark lenses -0.6.
 LENS = -0.45
+MIRRORED = -0.3  # the same of what clear lenses mirror
 DARK = -0.8  # log of the light on what may hide the skin, against the lit part of the face
 # Share of the middle of the face that something dark hides: bare faces of the training set reach
 # 0.07 (very dark skin); where half of that lies on both sides, nothing could stand in.
 COVERED = 0.15
 BOTH_SIDES = 0.5
+
+
+def find_eyewear(small, lightness, points, radius):
+    """Mark frames of glasses, what their lenses mirror, and dark lenses.
+
+    Args:
+        small: [SIZE, SIZE, 3] encoded photo in the face frame; lightness: its CIE L.
+        points: [478, 2] in the face frame.
+        radius: [SIZE, SIZE] as from `prior.polar`.
+
+    Returns:
+        [SIZE, SIZE] bool.
+    """
+    found = find_glasses(lightness, points, radius)
+    if found.any():
+        found |= find_reflections(small, found, points, radius)
+    return found | find_lenses(small, points, radius)
 
 
 def find_glasses(lightness, points, radius):
@@ -44,7 +62,8 @@ def find_glasses(lightness, points, radius):
         return none
     brows = points[landmarks.BROWS, 1]
     rows = np.arange(prior.SIZE)[:, None] + 0.5
-    zone = (rows > brows.min()) & (rows < points[195, 1] + 0.1 * prior.FACE) & (radius < 1.05)
+    region = (rows > brows.min()) & (rows < points[195, 1] + 0.1 * prior.FACE) & (radius < 1.05)
+    zone = region.copy()
     for contour, margin in (
         (landmarks.EYE_RIGHT, 7),
         (landmarks.EYE_LEFT, 7),
@@ -55,11 +74,17 @@ def find_glasses(lightness, points, radius):
         hull = cv2.convexHull(np.round(points[list(contour)]).astype(np.int32))
         cv2.fillConvexPoly(own, hull, 1)
         zone &= cv2.dilate(own, np.ones((margin, margin), np.uint8)) == 0
-    frames = zone & (np.maximum(across, along) > max(EDGE, 0.4 * depth))
+    thin = np.maximum(across, along) > max(EDGE, 0.4 * depth)
+    frames = zone & thin
     _, parts, stats, _ = cv2.connectedComponentsWithStats(frames.astype(np.uint8))
     large = stats[:, cv2.CC_STAT_AREA] > 0.004 * prior.FACE**2
     large[0] = False  # what is not frame
-    return cv2.dilate(large[parts].astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    frames = large[parts]
+    lenses = _hulls(frames)
+    wide = np.ones((15, 15), np.uint8)
+    around = cv2.dilate(lenses, wide) > cv2.erode(lenses, wide)
+    frames |= around & thin & region  # the upper rim may lie on a brow
+    return cv2.dilate(frames.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
 
 
 def find_lenses(small, points, radius):
@@ -76,14 +101,9 @@ def find_lenses(small, points, radius):
         [SIZE, SIZE] bool.
     """
     none = np.zeros(radius.shape, bool)
-    light = _log_light(small)
-    redness = light[..., 0] - light[..., 1]
+    redness = _redness(small, points, radius)
     rows = np.arange(prior.SIZE)[:, None] + 0.5
     below = points[195, 1]
-    cheeks = (radius < 0.72) & (rows > below) & (rows < points[2, 1] - 4)
-    if not cheeks.any():
-        return none
-    redness = redness - np.median(redness[cheeks])
     width = points[263, 0] - points[33, 0]
     for outer, inner, lid in ((33, 133, 145), (263, 362, 374)):
         left, right = sorted(points[[outer, inner], 0])
@@ -93,13 +113,27 @@ def find_lenses(small, points, radius):
             return none
     brows = points[landmarks.BROWS, 1].min() - 0.06 * prior.FACE
     zone = (rows > brows) & (rows < below + 0.1 * prior.FACE) & (radius < 1.05)
-    lens = (zone & (redness < 0.6 * LENS)).astype(np.uint8)
-    edges, _ = cv2.findContours(lens, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    out = np.zeros(radius.shape, np.uint8)
-    for edge in edges:
-        if cv2.contourArea(edge) > 0.01 * prior.FACE**2:
-            cv2.fillPoly(out, [cv2.convexHull(edge)], 1)  # reflections too
-    return cv2.dilate(out, np.ones((7, 7), np.uint8)) > 0
+    lenses = _hulls(zone & (redness < 0.6 * LENS), 0.01 * prior.FACE**2)  # reflections too
+    return cv2.dilate(lenses, np.ones((7, 7), np.uint8)) > 0
+
+
+def find_reflections(small, frames, points, radius):
+    """Mark what the lenses within frames mirror: less red and brighter than the cheeks.
+
+    Args:
+        small: [SIZE, SIZE, 3] encoded photo in the face frame.
+        frames: [SIZE, SIZE] bool, from `find_glasses`.
+        points: [478, 2] in the face frame.
+        radius: [SIZE, SIZE] as from `prior.polar`.
+
+    Returns:
+        [SIZE, SIZE] bool; eyes and brows are left alone.
+    """
+    own = _hulls(frames)
+    for contour in (*landmarks.EYES, landmarks.BROW_RIGHT, landmarks.BROW_LEFT):
+        cv2.fillConvexPoly(own, cv2.convexHull(np.round(points[contour]).astype(np.int32)), 0)
+    mirrored = (own > 0) & (_redness(small, points, radius) < MIRRORED)
+    return cv2.dilate(mirrored.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
 
 
 def find_cover(small, colors, hair, seed, radius):
@@ -139,6 +173,25 @@ def find_cover(small, colors, hair, seed, radius):
     if inner.sum() < COVERED * seed.sum() or both > BOTH_SIDES:
         return none
     return cv2.morphologyEx(cover.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((15, 15))) > 0
+
+
+def _hulls(mask, least=0.0):
+    """[H, W] uint8, the convex hulls of the parts of a mask with more area than `least`."""
+    edges, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    out = np.zeros(mask.shape, np.uint8)
+    for edge in edges:
+        if cv2.contourArea(edge) > least:
+            cv2.fillConvexPoly(out, cv2.convexHull(edge), 1)
+    return out
+
+
+def _redness(small, points, radius):
+    """log(red / green) [SIZE, SIZE] against that of the cheeks."""
+    light = _log_light(small)
+    redness = light[..., 0] - light[..., 1]
+    rows = np.arange(prior.SIZE)[:, None] + 0.5
+    cheeks = (radius < 0.72) & (rows > points[195, 1]) & (rows < points[2, 1] - 4)
+    return redness - np.median(redness[cheeks]) if cheeks.any() else 0 * redness
 
 
 def _log_light(small):

@@ -12,6 +12,7 @@ from bakery.stages.segment import (
     EYES,
     GLASSES,
     HAIR,
+    HIDDEN,
     LABELS,
     SKIN,
     Segmentation,
@@ -128,8 +129,15 @@ def test_glasses():
     for side in (-1, 1):
         eye = tuple((CENTER + [side * 34, -17]).astype(int).tolist())
         cv2.ellipse(picture, eye, (26, 21), 0, 0, 360, (0.05, 0.05, 0.05), 3)
+        if side > 0:  # a window in one lens, below the eye
+            cv2.rectangle(
+                picture, (eye[0] - 8, eye[1] + 9), (eye[0] + 8, eye[1] + 15), (0.8, 0.9, 1), -1
+            )
     cv2.line(picture, (232, 208), (248, 208), (0.05, 0.05, 0.05), 3)
     result = segment(picture, face_points())
+    window, bare = (tuple(CENTER + [side * 34, -5]) for side in (1, -1))
+    assert result.labels[int(window[1]), int(window[0])] == GLASSES, "what a lens mirrors"
+    assert result.labels[int(bare[1]), int(bare[0])] == SKIN
     assert occlusion(result, face_points())["glasses"] > 0.1
     assert result.labels[208, 240] == GLASSES
     assert result.skin[208, 240] < 0.2
@@ -246,3 +254,32 @@ def test_the_wall_does_not_matter(shared, wall):
         person = cv2.dilate(np.isin(before.labels, (1, 5, 6, 7)).astype(np.uint8), np.ones((3, 3)))
         assert ((after.skin > 0.5) & (person == 0)).sum() < 0.005 * face.sum()  # measured 0.001
         assert (face & (after.skin < 0.5)).sum() < 0.06 * face.sum()  # measured 0.05
+
+
+def test_dark_glasses():
+    """Grey discs over both eyes are lenses, reflection and all; a shadow that keeps its hue is none."""
+    for color, found in (((0.1, 0.1, 0.1), True), (None, False)):
+        picture, _ = paint()
+        for side in (-1, 1):
+            eye = tuple((CENTER + [side * 34, -17]).astype(int).tolist())
+            disc = np.zeros(picture.shape[:2], np.uint8)
+            cv2.ellipse(disc, eye, (28, 22), 0, 0, 360, 1, -1)
+            picture[disc > 0] = color or picture[disc > 0] * 0.45
+            if color:
+                cv2.circle(picture, (eye[0] + 6, eye[1] - 4), 4, (0.9, 0.9, 0.9), -1)
+        result = segment(picture, face_points())
+        assert (result.labels[disc > 0] == GLASSES).all() == found
+        assert (result.skin[disc > 0] == 0).all() == found
+
+
+def test_one_side_hidden():
+    """Hair before one half of the face is left out there; before both halves it is let be."""
+    picture, _ = paint()
+    dark = picture[100, 240].copy()
+    picture[150:250, 250:320] = dark
+    result = segment(picture, face_points())
+    assert result.labels[215, 280] == HIDDEN and result.skin[215, 280] == 0
+    assert result.labels[225, 200] == SKIN and result.skin[225, 200] > 0.9
+    assert 0.1 < occlusion(result, face_points())["hidden"] < 0.5
+    picture[150:250, 160:320] = dark
+    assert not (segment(picture, face_points()).labels == HIDDEN).any()
