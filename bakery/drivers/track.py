@@ -68,10 +68,9 @@ class TrackOptions:
     weights: Weights = field(
         default_factory=lambda: Weights(sparse=2.0, expression=16.0, identity=3.0)
     )
-    # Trust in points that the close-ups did not see: this much where expressions move them far, for
-    # the points network shows too little of it, and all where the skull carries them.
-    trust: float = 0.2
-    trust_reach: float = 2.0  # mm of motion by which trust has fallen to 1/e of the way
+    # Trust in points that the close-ups do not see: forehead and contour, which the points network
+    # places six times as far off.
+    trust: float = 0.02
     near: float = 1.6  # frames, sigma of the smoothing in time
     alike: float = 0.06  # weight, sigma of the smoothing in value: blinks are far beyond it
     angle: float = 1.0  # degrees, the same for head and gaze
@@ -137,12 +136,13 @@ def _look(picture, detector, frame, options):
         largest = max(faces, key=lambda face: face.box[2] * face.box[3])
         frame = frames.frame_of_points(largest.points)
         shapes, errors, _ = detector.place(picture, [frame])
-    seen = frames.frame_of_points(shapes[0])
+    mended = look_closer(picture, shapes[0])
+    seen = frames.frame_of_points(mended)
     moved = np.linalg.norm(seen.center - frame.center) / frame.size
     moved = max(moved, abs(np.log(seen.size / frame.size)), abs(seen.roll - frame.roll))
     # A crop that follows every tremor of its own answer would pass it on.
     after = seen if moved > options.hold else frame
-    return look_closer(picture, shapes[0]), after, float(errors[0].mean() / face_size(shapes[0]))
+    return mended, after, float(errors[0].mean() / face_size(shapes[0]))
 
 
 class Person:
@@ -217,13 +217,10 @@ def solve_identity(model, points, confidence, focal, width, height, options):
     return identity
 
 
-def trust_of(model, options):
+def trust_of(options):
     """How far each point is believed: [L] 0..1."""
-    reach = np.linalg.norm(model.expression.reshape(-1, FACE, 3), axis=2)
-    far = reach[groups.FITTED].max(0) / options.trust_reach
-    trust = np.ones(frames.POINTS)
-    trust[:FACE] = options.trust + (1 - options.trust) * np.exp(-far)
-    trust[seen_close()] = 1
+    trust = np.full(frames.POINTS, options.trust)
+    trust[FACE:] = trust[seen_close()] = 1
     return trust
 
 
@@ -305,7 +302,7 @@ def track(followed, head, options=TrackOptions(), progress=None):
     focal = max(MODEL.focal * max(width, height), NEAREST / EYE_CORNERS * apart)
     size = (focal, width, height)
     model = landmark_model(head, MODEL.modes)
-    confidence = np.tile(trust_of(model, options), (len(found), 1))
+    confidence = np.tile(trust_of(options), (len(found), 1))
     some = _spread(len(found), options.identity_frames)
     identity = solve_identity(model, points[some], confidence[some], *size, options)
     neutral, offsets = head.neutral(identity), 0.0
