@@ -163,15 +163,15 @@ def pagan(run, pairs, steps, features, settings):
 
 
 @train.command("pagan-export", cls=options.Command)
-@click.argument("run", type=folder)
+@click.argument("runs", type=folder, nargs=-1, required=True)
 @click.option("-o", "--output", required=True, type=folder, help=".safetensors to write.")
 @options.overwrite
-def export_pagan(run, output, overwrite):
-    """Pack the averaged weights of a run of `train pagan` into the file that ships."""
+def export_pagan(runs, output, overwrite):
+    """Pack the averaged weights of a run of `train pagan`, or the mean of several, as it ships."""
     from bakery.train.pagan_export import export
 
     options.may_write(output, overwrite)
-    click.echo(json.dumps(export(run, output)))
+    click.echo(json.dumps(export(runs, output)))
 
 
 train.add_command(closeups)

@@ -1,4 +1,4 @@
-"""The averaged weights of a run as the file that ships."""
+"""The averaged weights of a run, or of several, as the file that ships."""
 
 import json
 import os
@@ -16,20 +16,41 @@ from bakery.preset import options_from
 from bakery.train.pagan import PaganOptions
 
 
-def export(run, path):
+def export(runs, path):
     """Fold the averaged network of a run and write it in half precision.
 
+    Of several runs that went on from one another the mean of their weights is taken: what they have
+    in common is steadier from frame to frame than either (docs/log-pagan.md).
+
     Args:
-        run: folder of `bakery train pagan`.
+        runs: folders of `bakery train pagan`.
         path: .safetensors to write.
 
     Returns:
-        dict of figures: steps, parameters, bytes.
+        dict of figures: steps of each, parameters, bytes.
 
     Raises:
-        InputError: the folder holds no run.
+        InputError: a folder holds no run, or runs are of different networks.
+
+    References:
+        Izmailov, Podoprikhin, Garipov, Vetrov and Wilson, "Averaging weights leads to wider optima
+        and better generalization", UAI 2018.
     """
-    run = Path(run)
+    read = [_read(Path(run)) for run in runs]
+    shape = read[0][0]
+    if any(other != shape for other, _, _ in read):
+        raise InputError("the runs are of different networks; give runs that share their network.*")
+    mean = {
+        name: sum(weights[name].double() for _, weights, _ in read).div(len(read)).to(first.dtype)
+        for name, first in read[0][1].items()
+    }
+    network = UNet(shape)
+    network.load_state_dict(mean)
+    return {"steps": [step for _, _, step in read]} | write(network, path)
+
+
+def _read(run):
+    """NetworkOptions, averaged weights and step of a run."""
     try:
         options = options_from(
             PaganOptions, json.loads((run / "options.json").read_text()), str(run)
@@ -37,12 +58,9 @@ def export(run, path):
         stored = load_file(run / "checkpoint.safetensors")
     except OSError as error:
         raise InputError(f"{run}: no run of `bakery train pagan` ({error})") from None
-    network = UNet(options.network)
     prefix = "averaged."
-    network.load_state_dict(
-        {k.removeprefix(prefix): v for k, v in stored.items() if k.startswith(prefix)}
-    )
-    return {"steps": int(stored["step"])} | write(network, path)
+    weights = {k.removeprefix(prefix): v for k, v in stored.items() if k.startswith(prefix)}
+    return options.network, weights, int(stored["step"])
 
 
 def write(network, path):

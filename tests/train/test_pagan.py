@@ -181,9 +181,25 @@ def test_a_run_learns_and_ships(shards, tmp_path):
     assert rows[-1]["pixel"] < 0.5 * rows[0]["pixel"]
     assert rows[-1][f"{shards.name}_psnr"] > rows[-1][f"{shards.name}_before"] + 3
     assert cv2.imread(str(run / "samples" / "000060.png")).shape[1] == 4 * 512
-    figures = export(run, tmp_path / "w.safetensors")
-    assert figures["steps"] == 60
+    figures = export([run], tmp_path / "w.safetensors")
+    assert figures["steps"] == [60]
     assert inference.load(tmp_path / "w.safetensors").network.options.channels == (8, 8)
+
+
+def test_the_mean_of_two_runs(shards, tmp_path):
+    for name, rate in (("one", 1e-2), ("other", 2e-2)):
+        list(pagan.train(tmp_path / name, [shards], options(steps=4, rate=rate)))
+    found = []
+    for names in (("one",), ("other",), ("one", "other")):
+        export([tmp_path / name for name in names], tmp_path / "w.safetensors")
+        network = inference.load(tmp_path / "w.safetensors").network
+        found.append(network.head.weight.detach())  # no normalisation is folded into it
+    assert not torch.equal(found[0], found[1])
+    assert_allclose(found[2], (found[0] + found[1]) / 2, atol=1e-4)  # half precision
+    deep = NetworkOptions(channels=(8, 8, 8))
+    list(pagan.train(tmp_path / "deep", [shards], options(steps=1, network=deep)))
+    with pytest.raises(InputError, match="different networks"):
+        export([tmp_path / "one", tmp_path / "deep"], tmp_path / "w.safetensors")
 
 
 def test_a_stopped_run_goes_on_with_the_same_curve(shards, tmp_path):
@@ -229,7 +245,7 @@ def test_no_pairs_are_an_error(tmp_path):
     with pytest.raises(InputError, match="holds no shards"):
         list(pagan.train(tmp_path / "run", [tmp_path], options()))
     with pytest.raises(InputError, match="no run of"):
-        export(tmp_path / "nothing", tmp_path / "w.safetensors")
+        export([tmp_path / "nothing"], tmp_path / "w.safetensors")
 
 
 @pytest.mark.slow
