@@ -23,7 +23,7 @@ SIDE = 64  # pixels of a crop
 EYE_SPAN, MOUTH_SPAN = 2.3, 1.2  # side of a crop over the eye's width; over the outer-eye distance
 EYE_LIFT = 0.3  # eye widths that the crop's middle lies above the eye's: the brow is in it
 LOOKS = 4  # at most at one picture
-MOVED = 0.08  # share of a crop's side: where its middle lay farther off, it is cut and seen again
+MOVED = 0.05  # share of a crop's side: where its middle lay farther off, it is cut and seen again
 CORNERS = (
     (marks.LEFT_EYE_OUTER, marks.LEFT_EYE_INNER),
     (marks.RIGHT_EYE_OUTER, marks.RIGHT_EYE_INNER),
