@@ -67,7 +67,7 @@ def test_change_is_laid_where_it_was_painted(sitter):
 
 
 def test_a_film_does_not_flicker_as_its_painter_does(sitter, tmp_path):
-    """Light that goes to and fro by 4%, on a face that does not move."""
+    """Light that goes back and forth by 4%, on a face that does not move."""
 
     class Nervous(Unchanged):
         gain = 1.0

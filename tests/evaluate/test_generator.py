@@ -108,7 +108,7 @@ def test_a_painter_that_flickers_is_found_out(still):
     sitter, take = still
     found = generator_motion.flicker(sitter, take, Nervous(1.0), 0, 3)
     assert found["generated"] > 5 and found["ratio"] > 10
-    # To and fro: the middle between the frames around is as far as the frames themselves.
+    # Back and forth: the middle between the frames around is as far as the frames themselves.
     assert found["jitter"]["generated"] == pytest.approx(found["generated"], rel=0.1)
 
 
