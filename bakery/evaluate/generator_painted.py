@@ -5,7 +5,7 @@ from itertools import islice
 import numpy as np
 
 from bakery.evaluate.metrics import mse, psnr, ssim
-from bakery.generators.interior import FRAME_SCALE
+from bakery.generators.interior import FRAME_SCALE, interior_shade
 from bakery.generators.pagan import NOMINAL
 from bakery.generators.unet import input_layers
 from bakery.geometry.color import to_encoded, to_linear
@@ -51,7 +51,8 @@ def _pictures(pair, networks):
     """(name, picture [S, S, 3] sRGB-encoded) of a pair's target in every way."""
     yield "deformed", pair.deformed / np.float32(255)
     side = pair.part.shape[0]
-    layers = input_layers(pair, pair.photo, FRAME_SCALE * side)
+    shade = interior_shade(pair.part, pair.normals, pair.depth, FRAME_SCALE * side)
+    layers = input_layers(pair, pair.photo, shade)
     base = to_linear(layers["deformed"] / np.float32(255))
     for name, network in networks.items():
         change = network.paint_scaled(layers, FRAME_SCALE * side / NOMINAL)

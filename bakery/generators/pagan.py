@@ -68,10 +68,10 @@ class PaganGenerator:
         camera = conditions.camera
         per_mm = camera.focal / -cameras.to_camera(np.zeros(3), camera)[2]
         layers = planes(subject.head, conditions)
-        stack = input_layers(layers, aligned_photo(subject, conditions), per_mm)
+        shade = interior_shade(layers.part, layers.normals, layers.depth, per_mm)
+        stack = input_layers(layers, aligned_photo(subject, conditions), shade)
         change = self.paint_scaled(stack, per_mm / NOMINAL)
         face = layers.face.astype(np.float32) / 255 * (layers.part != NONE)
-        shade = interior_shade(layers.part, layers.normals, layers.depth, per_mm)
         log_ratio = change[..., :3] * face[..., None]
         if not interior_only:
             skin = is_part(layers.part, "skin")

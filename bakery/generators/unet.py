@@ -14,7 +14,6 @@ from torch import nn
 from torch.nn import functional
 
 from bakery.detectors.blocks import Conv, Residual
-from bakery.generators.interior import interior_shade
 from bakery.generators.planes import encode
 from bakery.generators.shade import MOUTH, is_part
 from bakery.geometry import color as colors
@@ -136,15 +135,14 @@ def to_encoded(linear):
     )
 
 
-def input_layers(planes, photo, per_mm):
+def input_layers(planes, photo, shade):
     """The planes of INPUTS [H, W, C] uint8, by name.
 
     Args:
         planes: bakery.generators.planes.Planes, or anything with the same fields.
         photo: [H, W, 3] uint8 sRGB: the subject in neutral, head only.
-        per_mm: pixels a mm at the face.
+        shade: [H, W], of `interior.interior_shade`.
     """
-    shade = interior_shade(planes.part, planes.normals, planes.depth, per_mm)
     deformed = encode(colors.to_linear(planes.deformed / np.float32(255)) * shade[..., None])
     return {
         "photo": photo,

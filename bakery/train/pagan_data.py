@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch.utils.data import Dataset
 
-from bakery.generators.interior import FRAME_SCALE
+from bakery.generators.interior import FRAME_SCALE, interior_shade
 from bakery.generators.unet import input_layers
 from bakery.heads.base import PARTS
 from bakery.landmarks import EYES, LIPS, LIPS_OUTER
@@ -79,7 +79,9 @@ class Pairs:
         eyes = np.maximum(*(_polygon(pair.landmarks[ring], pair.part.shape) for ring in EYES))
         weight = 1 + (self.cropping.mouth_weight - 1) * lips + (self.cropping.eye_weight - 1) * eyes
         weight = np.clip(UNIT * weight * (pair.face / 255), 0, 255)
-        return input_layers(pair, pair.photo, FRAME_SCALE * pair.part.shape[0]) | {
+        per_mm = FRAME_SCALE * pair.part.shape[0]
+        shade = interior_shade(pair.part, pair.normals, pair.depth, per_mm)
+        return input_layers(pair, pair.photo, shade) | {
             "target": pair.target,
             "weight": np.round(weight).astype(np.uint8)[..., None],
             "skin": skin[..., None],

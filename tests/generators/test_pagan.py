@@ -182,7 +182,8 @@ def test_the_networks_share_is_the_training_picture(target):
     subject = Sitting(head, np.full((512, 512, 3), 90, np.uint8))
     made = generator.generate(subject, conditions, interior_only=True)
     layers = planes(head, conditions)
-    stack = input_layers(layers, pagan.aligned_photo(subject, conditions), FRAME_SCALE * 512)
+    shade = interior_shade(layers.part, layers.normals, layers.depth, FRAME_SCALE * 512)
+    stack = input_layers(layers, pagan.aligned_photo(subject, conditions), shade)
     batch = {k: torch.from_numpy(v.transpose(2, 0, 1)[None].copy()) for k, v in stack.items()}
     with torch.no_grad():
         change = interpret(folded(network_input(batch)), batch["deformed"].float() / 255)
