@@ -18,6 +18,7 @@ from bakery.formats.glb import write_glb
 from bakery.formats.place import staged
 from bakery.formats.web import small_picture
 from bakery.heads.file import load_head, save_head
+from bakery.parallel import side_by_side
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import lay_hair
 from bakery.runtime.preview import contact_sheet
@@ -279,29 +280,38 @@ def pack(target, baked, options, keep_photo=False, overwrite=False):
     """
     textures = baked.textures
     head, neutral = own_head(baked.head, baked.fit)
+    kept = baked.photo.encoded if keep_photo else None
+    avatar = Avatar(head, neutral, baked.fit, textures, baked.masks, kept)
     with staged(target, overwrite) as folder:
-        levels, carriers = bundles.levels_of_detail(head, neutral)
-        atlas = small_picture(lay_hair(textures.neutral, textures.hair), options.glb)
-        write_glb(
-            folder / "head.glb",
-            levels,
-            carriers,
-            EXPRESSIONS,
-            image.encode_image(atlas, ".jpg", GLB_QUALITY),
-            f"bakery {__version__}",
-        )
-        modes = np.zeros((0, *neutral.shape), np.float32)
-        save_head(folder / RIG, replace(head, mean=neutral, identity_basis=modes))
-        files.write_textures(folder, textures, baked.masks)
-        kept = baked.photo.encoded if keep_photo else None
-        avatar = Avatar(head, neutral, baked.fit, textures, baked.masks, kept)
-        packed, web = web_files(avatar, options.web)
-        for name, data in packed.items():
-            write_bytes(folder / name, data)
-        image.write_image(folder / "preview.png", contact_sheet(avatar))
-        manifest = bundles.manifest(baked, levels, web)
+
+        def heads():
+            levels, carriers = bundles.levels_of_detail(head, neutral)
+            atlas = small_picture(lay_hair(textures.neutral, textures.hair), options.glb)
+            picture = image.encode_image(atlas, ".jpg", GLB_QUALITY)
+            maker = f"bakery {__version__}"
+            write_glb(folder / "head.glb", levels, carriers, EXPRESSIONS, picture, maker)
+            modes = np.zeros((0, *neutral.shape), np.float32)
+            save_head(folder / RIG, replace(head, mean=neutral, identity_basis=modes))
+            return levels
+
+        def web():
+            packed, table = web_files(avatar, options.web)
+            for name, data in packed.items():
+                write_bytes(folder / name, data)
+            return table
+
+        def pictures():
+            files.write_textures(folder, textures, baked.masks)
+            if keep_photo:
+                image.write_image(folder / "photo.png", baked.photo.encoded)
+
+        def preview():
+            image.write_image(folder / "preview.png", contact_sheet(avatar))
+
+        jobs = (preview, web, pictures, heads)
+        _, table, _, levels = side_by_side(lambda job: job(), jobs)
+        manifest = bundles.manifest(baked, levels, table)
         if keep_photo:
-            image.write_image(folder / "photo.png", baked.photo.encoded)
             manifest["photo"] = "photo.png"
         files.write_manifest(folder, manifest)
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from bakery.geometry.color import to_encoded
 from bakery.heads.base import look, weights
+from bakery.parallel import side_by_side
 from bakery.runtime.render import draw, over_gray
 from bakery.stages.condition import face_camera
 from bakery.types import EXPRESSIONS
@@ -40,12 +41,15 @@ def contact_sheet(avatar, size=320, columns=5, share=0.52):
     Returns:
         [rows * size, columns * size, 3] float32 sRGB-encoded.
     """
-    pictures = []
-    for expression, gaze, yaw in tiles(avatar):
+
+    def picture(tile):
+        expression, gaze, yaw = tile
         camera = face_camera(avatar.fit, avatar.head, avatar.neutral, yaw, size=size, share=share)
         vertices = avatar.head.vertices(avatar.neutral, expression, gaze)
         frame = draw(avatar, vertices, camera, expression, np.array(gaze, float))
-        pictures.append(to_encoded(over_gray(frame)))
+        return to_encoded(over_gray(frame))
+
+    pictures = list(side_by_side(picture, tiles(avatar)))
     while len(pictures) % columns:
         pictures.append(np.full((size, size, 3), to_encoded(0.18), np.float32))
     rows = [np.concatenate(pictures[k : k + columns], 1) for k in range(0, len(pictures), columns)]
