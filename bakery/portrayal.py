@@ -155,21 +155,21 @@ def film(sitter, take, generator, output, view=(0.0, 0.0), frames=None, progress
     chosen = range(count)[frames.start : frames.stop] if frames else range(count)
     if not len(chosen):
         raise InputError(f"--frames: the take has {count} frames; begin below that")
-    weights, turns, eyes = take.at(np.array(chosen) / take.rate)
     still = face_camera(
         sitter.neutral.fit, sitter.head, sitter.subject.neutral, *view, share=FILM_SHARE
     )
     show = progress or (lambda step, done, total: None)
     subject, steady = sitter.subject, SteadyGenerator(generator)
 
-    def painted(k):
-        gaze = gaze_of(weights[k]).mean(0) if eyes is None else eyes[k].mean(0)
-        camera = finer(turned(sitter, still, turns[k]))
-        seen = condition(sitter.head, subject.neutral, subject.texture, weights[k], gaze, camera)
+    def painted(pose):
+        weights, gaze, camera = pose
+        seen = condition(
+            sitter.head, subject.neutral, subject.texture, weights, gaze, finer(camera)
+        )
         return seen, generator.generate(subject, seen)
 
     def pictures():
-        for k, (seen, made) in enumerate(side_by_side(painted, range(len(chosen)))):
+        for k, (seen, made) in enumerate(side_by_side(painted, poses(sitter, take, still, chosen))):
             image = steady.follow(sitter.head, seen, made).image
             picture = shrunk(_shown(sitter, seen, image)[0], still)
             yield np.round(picture * 255).astype(np.uint8)
@@ -184,6 +184,18 @@ def film(sitter, take, generator, output, view=(0.0, 0.0), frames=None, progress
         part = Path(folder) / "part"
         part.write_bytes(video.encode(pictures(), kind, take.rate))
         video.join(output, [part], kind, take.rate, (still.width, still.height), note)
+
+
+def poses(sitter, take, still, numbers):
+    """Expression [E], gaze [2] degrees and Camera of the frames `numbers` of a take.
+
+    Args:
+        still: the camera of a head that is not turned.
+    """
+    weights, turns, eyes = take.at(np.array(numbers) / take.rate)
+    gazes = [gaze_of(row).mean(0) for row in weights] if eyes is None else eyes.mean(1)
+    for row, gaze, angles in zip(weights, gazes, turns):
+        yield row, gaze, turned(sitter, still, angles)
 
 
 def finer(camera):

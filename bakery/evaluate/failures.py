@@ -6,19 +6,16 @@ import cv2
 import numpy as np
 
 from bakery.formats.image import read_photo, write_image
-from bakery.geometry.color import to_encoded
 from bakery.heads.base import weights
 from bakery.heads.clay import labelled, tile
 from bakery.pipeline import Request, build
-from bakery.runtime.preview import SMILE
-from bakery.runtime.render import draw, over_gray
-from bakery.stages.condition import face_camera
+from bakery.runtime.preview import SMILE, portrait
 from bakery.steps import open_avatar
-from bakery.synth.failures import CASES, paint_case
+from bakery.synth.failures import CASES, chosen, paint_case
 
 SIDE = 200  # pixels of one picture of the sheet
 COLUMNS = 2  # cases beside each other
-NEUTRAL = {}
+SHARE = 0.6  # of its side that a face takes
 
 
 @dataclass(frozen=True)
@@ -42,13 +39,21 @@ def outcomes(head, folder, options, names=None):
 
     Yields:
         Outcome.
+
+    Raises:
+        InputError: a name is not one of CASES.
     """
+    wanted = chosen(names)
     folder.mkdir(parents=True, exist_ok=True)
-    for name in names or CASES:
+    for name in wanted:
         photo, bundle = folder / f"{name}.png", folder / f"{name}.avatar"
         write_image(photo, paint_case(head, name))
         findings = build(Request(photo=photo, output=bundle, options=options, overwrite=True))
-        row = [labelled(_cut(read_photo(photo).encoded), name), *_portraits(open_avatar(bundle))]
+        avatar = open_avatar(bundle)
+        portraits = [
+            portrait(avatar, weights(named), (0, 0), 0.0, SIDE, SHARE) for named in ({}, SMILE)
+        ]
+        row = [labelled(_cut(read_photo(photo).encoded), name), *portraits]
         yield Outcome(name, CASES[name].what, findings, np.concatenate(row, 1))
 
 
@@ -59,15 +64,6 @@ def _cut(image):
     top, left = int(0.52 * height - side / 2), (width - side) // 2
     square = image[top : top + side, left : left + side]
     return cv2.resize(square, (SIDE, SIDE), interpolation=cv2.INTER_AREA)
-
-
-def _portraits(avatar):
-    """The avatar neutral and smiling, from the front."""
-    for named in (NEUTRAL, SMILE):
-        expression = weights(named)
-        camera = face_camera(avatar.fit, avatar.head, avatar.neutral, 0.0, size=SIDE, share=0.6)
-        vertices = avatar.head.vertices(avatar.neutral, expression, (0.0, 0.0))
-        yield to_encoded(over_gray(draw(avatar, vertices, camera, expression, np.zeros(2))))
 
 
 def sheet(found):

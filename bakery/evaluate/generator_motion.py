@@ -6,7 +6,6 @@ from bakery import portrayal
 from bakery.generators.steady import followed
 from bakery.geometry.color import to_encoded
 from bakery.geometry.sample import bilinear
-from bakery.heads.base import gaze_of
 from bakery.stages.condition import condition, face_camera
 
 
@@ -47,25 +46,20 @@ def _frames(sitter, take, generator, first, count):
 
     Both pictures are painted finer and shrunk, as a video is.
     """
-    weights, turns, eyes = take.at(np.arange(first, first + count) / take.rate)
     head, subject = sitter.head, sitter.subject
     still = face_camera(sitter.neutral.fit, head, subject.neutral)
-    for k in range(count):
-        gaze = gaze_of(weights[k]).mean(0) if eyes is None else eyes[k].mean(0)
-        camera = portrayal.turned(sitter, still, turns[k])
+    for weights, gaze, camera in portrayal.poses(sitter, take, still, range(first, first + count)):
         seen, fine = (
-            condition(head, subject.neutral, subject.texture, weights[k], gaze, c)
+            condition(head, subject.neutral, subject.texture, weights, gaze, c)
             for c in (camera, portrayal.finer(camera))
         )
         made = generator.generate(subject, fine).image
         pictures = {"conditions": fine.deformed_neutral, "generated": made}
-        yield (
-            seen,
-            {
-                name: portrayal.shrunk(to_encoded(np.clip(picture, 0, 1)), camera)
-                for name, picture in pictures.items()
-            },
-        )
+        shown = {
+            name: portrayal.shrunk(to_encoded(np.clip(picture, 0, 1)), camera)
+            for name, picture in pictures.items()
+        }
+        yield seen, shown
 
 
 def _changes(head, here, other):

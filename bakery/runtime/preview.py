@@ -30,6 +30,19 @@ def tiles(avatar):
     return first + second + third + fourth
 
 
+def portrait(avatar, expression, gaze, yaw, size, share):
+    """An avatar before grey: [size, size, 3] float32 sRGB-encoded.
+
+    Args:
+        expression: [E] weights; gaze: [2] degrees; yaw: degrees that the head is turned.
+        size, share: see `contact_sheet`.
+    """
+    camera = face_camera(avatar.fit, avatar.head, avatar.neutral, yaw, size=size, share=share)
+    vertices = avatar.head.vertices(avatar.neutral, expression, gaze)
+    frame = draw(avatar, vertices, camera, expression, np.array(gaze, float))
+    return to_encoded(over_gray(frame))
+
+
 def contact_sheet(avatar, size=320, columns=5, share=0.52):
     """Neutral, turned, smiling, talking, blinking, looking aside, and the key expressions.
 
@@ -41,15 +54,7 @@ def contact_sheet(avatar, size=320, columns=5, share=0.52):
     Returns:
         [rows * size, columns * size, 3] float32 sRGB-encoded.
     """
-
-    def picture(tile):
-        expression, gaze, yaw = tile
-        camera = face_camera(avatar.fit, avatar.head, avatar.neutral, yaw, size=size, share=share)
-        vertices = avatar.head.vertices(avatar.neutral, expression, gaze)
-        frame = draw(avatar, vertices, camera, expression, np.array(gaze, float))
-        return to_encoded(over_gray(frame))
-
-    pictures = list(side_by_side(picture, tiles(avatar)))
+    pictures = list(side_by_side(lambda tile: portrait(avatar, *tile, size, share), tiles(avatar)))
     while len(pictures) % columns:
         pictures.append(np.full((size, size, 3), to_encoded(0.18), np.float32))
     rows = [np.concatenate(pictures[k : k + columns], 1) for k in range(0, len(pictures), columns)]

@@ -175,7 +175,7 @@ def _sureness(landmarks, labels, aside):
 
 def _white(photo, points, labels):
     """Encoded luma of the white of the brighter eye; 1 if none is seen."""
-    seen = [1.0]
+    seen = []
     for lids in marks.EYES:
         low = np.maximum(np.floor(points[lids].min(0)).astype(int), 0)
         high = np.ceil(points[lids].max(0)).astype(int) + 1
@@ -183,7 +183,7 @@ def _white(photo, points, labels):
         eye = photo.encoded[cut][labels[cut] == EYES]
         if len(eye):
             seen.append(float(np.percentile(eye @ LUMA, 85)))
-    return max(seen[1:] or seen)
+    return max(seen, default=1.0)
 
 
 def _pixels(photo, landmarks, segmentation):

@@ -181,6 +181,20 @@ def _mirrored_window(image, wardrobe, camera):
     return out.astype(np.float32)
 
 
+def chosen(names=None):
+    """Names of CASES: those given, or all.
+
+    Raises:
+        InputError: a name is not one of CASES.
+    """
+    wrong = sorted(set(names or ()) - set(CASES))
+    if wrong:
+        raise InputError(
+            f"{', '.join(wrong)}: no such case; known: {', '.join(CASES)}; name some of these or none"
+        )
+    return names or tuple(CASES)
+
+
 def write(head, folder, names=None, quality=93):
     """Paint cases into a folder: NAME.jpg.
 
@@ -195,12 +209,8 @@ def write(head, folder, names=None, quality=93):
     Raises:
         InputError: a name is not one of CASES.
     """
-    wrong = sorted(set(names or ()) - set(CASES))
-    if wrong:
-        raise InputError(
-            f"{', '.join(wrong)}: no such case; known: {', '.join(CASES)}; name some of these or none"
-        )
+    wanted = chosen(names)
     folder.mkdir(parents=True, exist_ok=True)
-    for name in names or CASES:
+    for name in wanted:
         write_image(folder / f"{name}.jpg", paint_case(head, name), quality)
         yield folder / f"{name}.jpg"

@@ -142,12 +142,9 @@ def glasses(head, neutral, lens=None, color=(0.012, 0.011, 0.010)):
     for side, outline in outlines.items():
         closed = np.concatenate([outline, outline[:2]])
         parts.append(tube(closed, 1.9, 10))
-        panes.append(
-            (
-                np.concatenate([outline, outline.mean(0, keepdims=True) + [0, 0, 2.5]]),
-                np.array([[k, (k + 1) % 48, 48] for k in range(48)]),
-            )
-        )
+        middle, count = outline.mean(0, keepdims=True) + [0, 0, 2.5], len(outline)
+        fan = np.array([[k, (k + 1) % count, count] for k in range(count)])
+        panes.append((np.concatenate([outline, middle]), fan))
         outward = 1.0 if side == "left" else -1.0
         hinge = outline[np.argmax(outline[:, 0] * outward)]
         ear = head.landmarks(neutral)[454 if side == "left" else 234].astype(float)

@@ -1,7 +1,10 @@
 """The page of failures: its table and its sheet."""
 
 import numpy as np
+import pytest
 
+from bakery.errors import InputError
+from bakery.evaluate import failures
 from bakery.evaluate.failures import SIDE, Outcome, sheet, table
 from bakery.stages.assess import Finding
 
@@ -15,3 +18,9 @@ def test_table_and_sheet():
         "| fine | fine | nothing |",
     ]
     assert sheet(found[:1] * 3).shape == (2 * SIDE, 6 * SIDE, 3)
+
+
+def test_a_case_that_is_none_is_refused_before_anything_is_painted(tmp_path):
+    with pytest.raises(InputError, match="moustache: no such case"):
+        next(failures.outcomes(None, tmp_path / "runs", None, ["smile", "moustache"]))
+    assert not (tmp_path / "runs").exists()
