@@ -24,13 +24,12 @@ from bakery.parallel import side_by_side
 from bakery.runtime.blend import lay_hair
 from bakery.sitter import Sitter
 from bakery.stages.bundle import IPTC
-from bakery.stages.condition import condition, face_camera
+from bakery.stages.condition import condition, face_camera, finer, shrunk
 from bakery.stages.face_frame import face_frame
 
 BACKGROUND = 0.5  # sRGB-encoded gray where the head is not
 FILM_SHARE = 0.6  # of the height of a video that the face takes, as `bakery animate` shows it
 STEEPEST = 60.0  # degrees of yaw and pitch that are painted
-FINER = 1.5  # times the pixels of a video a side, painted and then shrunk: or edges crawl
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,8 @@ def paint(sitter, target, generator, hair=True):
     own = sitter.neutral.fit
     neutral = scenes.neutral_for(sitter.head, sitter.subject.neutral, own.head, target.fit)
     if target.fit is None:
-        camera = face_camera(own, sitter.head, neutral, *target.view)
+        frame = face_camera(own, sitter.head, neutral, *target.view)
+        camera = finer(frame)
     else:
         camera, affine = face_frame(target.fit, target.fit.landmarks_projected)
 
@@ -105,7 +105,10 @@ def paint(sitter, target, generator, hair=True):
             [np.log(np.maximum(made.ratio, 1e-3)), made.color, made.alpha[..., None]], -1
         )
         image = _changed(seen.deformed_neutral, layers, affine)
-    return _shown(sitter, seen, image, hair)
+    picture, face = _shown(sitter, seen, image, hair)
+    if target.fit is None:
+        picture, face = shrunk(picture, frame), shrunk(face, frame)
+    return picture, face
 
 
 def _shown(sitter, seen, image, hair=True):
@@ -196,17 +199,6 @@ def poses(sitter, take, still, numbers):
     gazes = [gaze_of(row).mean(0) for row in weights] if eyes is None else eyes.mean(1)
     for row, gaze, angles in zip(weights, gazes, turns):
         yield row, gaze, turned(sitter, still, angles)
-
-
-def finer(camera):
-    """The camera that the frame of a video is painted with before it is `shrunk`."""
-    width, height = (round(FINER * side) for side in (camera.width, camera.height))
-    return cameras.crop(camera, 0, 0, width, height, FINER)
-
-
-def shrunk(picture, camera):
-    """A picture [h, w, 3] seen by `finer(camera)` in the pixels of the camera: [H, W, 3]."""
-    return cv2.resize(picture, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
 
 
 def turned(sitter, camera, angles):

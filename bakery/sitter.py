@@ -7,22 +7,24 @@ import numpy as np
 
 from bakery import steps
 from bakery.formats.image import read_photo
-from bakery.generators.planes import NONE, Planes, planes
+from bakery.generators.planes import NONE, Planes, planes, shrunk_planes
 from bakery.geometry.fill import smoothstep
 from bakery.heads.base import PARTS
 from bakery.stages import texture
-from bakery.stages.condition import SIZE, condition
+from bakery.stages.condition import SIZE, condition, finer
 from bakery.stages.face_frame import cut, face_frame
 from bakery.stages.segment import HAIR
 from bakery.stages.texture_hair import cover_of
-from bakery.types import Conditions, Fit
+from bakery.types import Camera, Conditions, Fit
 
 
 @dataclass(frozen=True, eq=False)
 class Sitting:
     """One photo of a person, seen in the frame that pairs have."""
 
-    conditions: Conditions  # of the photo's fit, with the texture of the neutral photo
+    # Of the photo's fit, with the texture of the neutral photo, drawn finer than the frame.
+    conditions: Conditions
+    camera: Camera  # of the frame
     planes: Planes
     picture: np.ndarray  # [S, S, 3] float32 sRGB-encoded: the photo itself
     face: np.ndarray  # [S, S] uint8: skin, eyes and mouth, no hair
@@ -72,17 +74,18 @@ class Sitter:
     def _seat(self, photo, points, fit, segmentation, neutral):
         camera, affine = face_frame(fit, points, self.size)
         drawn = condition(
-            self.head, neutral, self.subject.texture, fit.expression, fit.gaze, camera
+            self.head, neutral, self.subject.texture, fit.expression, fit.gaze, finer(camera)
         )
-        layers = planes(self.head, drawn)
+        layers = shrunk_planes(planes(self.head, drawn), self.size)
         hair = cut((segmentation.labels == HAIR).astype(np.float32), affine, self.size)
         skin = cut(segmentation.skin.astype(np.float32), affine, self.size)
-        inner = (drawn.part != NONE) & (drawn.part != PARTS.index("skin"))
+        inner = (layers.part != NONE) & (layers.part != PARTS.index("skin"))
         clear = np.where(inner, 1, smoothstep(0.3, 0.9, skin)) * (1 - hair)
         # The border of hair and of the photo's own outline is not trusted either.
         clear = cv2.erode(clear.astype(np.float32), np.ones((5, 5)))
         return Sitting(
             drawn,
+            camera,
             layers,
             cut(photo.encoded, affine, self.size),
             _bytes(layers.face / 255 * clear),

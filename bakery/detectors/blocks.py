@@ -162,3 +162,24 @@ def fold(network):
     plain = network.state_dict()
     state.update({k: v for k, v in plain.items() if not any(part in k for part in skipped)})
     return {k: v.detach().float().contiguous() for k, v in state.items()}
+
+
+def unfold(network, state):
+    """The tensors of a folded network as those of a network with normalisation that changes nothing.
+
+    The inverse of `fold` while the statistics are kept as they are (modules in `eval`).
+
+    Args:
+        network: one of these networks, not folded.
+        state: tensors by name of the same network built with `folded=True`.
+
+    Returns:
+        dict of tensors that loads into `network`.
+    """
+    out = {name: torch.zeros_like(value) for name, value in network.state_dict().items()}
+    for name, module in network.named_modules():
+        if isinstance(module, Conv):
+            out[f"{name}.norm.weight"] += (1 + module.norm.eps) ** 0.5
+            out[f"{name}.norm.bias"] = state[f"{name}.conv.bias"]
+            out[f"{name}.norm.running_var"] += 1
+    return out | {name: value for name, value in state.items() if name in out}

@@ -7,6 +7,7 @@ photo's own fit, colour of the neutral photo. The same picture is scored as `eva
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from bakery.evaluate import generator_motion
@@ -26,6 +27,7 @@ from bakery.geometry.sample import bilinear, interpolate
 from bakery.landmarks import EYES, FACE
 from bakery.runtime.blend import lay_hair
 from bakery.sitter import Sitter
+from bakery.stages.condition import shrunk
 from bakery.train.subjects import TRAINING
 
 DELTA_TEXELS = 256  # side of the map that carries another person's change
@@ -71,13 +73,14 @@ def measure(pair, head, painters, delta=None):
         bilinear(sitter.hair, uv * sitter.hair.shape[0])
         * is_part(conditions.part, "skin")[..., None]
     )
-    made = {
+    fine = {
         name: np.where(seen, to_encoded(np.clip(lay_hair(picture, hair), 0, 1)), 0.5)
         for name, picture in linear.items()
     }
+    made = {name: shrunk(picture, sitting.camera) for name, picture in fine.items()}
     made["warp"] = piecewise_affine(neutral.picture, neutral.points[:FACE], sitting.points[:FACE])
     if delta is not None:
-        change = bilinear(delta, uv * DELTA_TEXELS) * seen
+        change = shrunk(bilinear(delta, uv * DELTA_TEXELS) * seen, sitting.camera)
         made["delta"] = np.clip(made["static"] + change, 0, 1)
     face, truth = sitting.face / 255, sitting.picture
     lids = eye_mask(sitting.points)
@@ -109,8 +112,9 @@ def smile_delta(pair, head):
     sitter = Sitter(pair.neutral, landmarks_of(pair.neutral_points), head, size=CROP)
     sitting = sitter.sit(pair.smiling, landmarks_of(pair.smiling_points))
     conditions = sitting.conditions
-    use = sitting.face > 128
-    difference = (sitting.picture - to_encoded(conditions.deformed_neutral))[use]
+    size = conditions.part.shape[::-1]  # finer than the photo's frame
+    use = cv2.resize(sitting.face, size) > 128
+    difference = (cv2.resize(sitting.picture, size) - to_encoded(conditions.deformed_neutral))[use]
     uv = interpolate(conditions.fragments, head.uv[head.uv_faces])[use]
     texel = np.clip((uv * DELTA_TEXELS).astype(int), 0, DELTA_TEXELS - 1)
     flat = texel[:, 1] * DELTA_TEXELS + texel[:, 0]

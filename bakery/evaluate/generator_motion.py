@@ -6,7 +6,7 @@ from bakery import portrayal
 from bakery.generators.steady import followed
 from bakery.geometry.color import to_encoded
 from bakery.geometry.sample import bilinear
-from bakery.stages.condition import condition, face_camera
+from bakery.stages.condition import condition, face_camera, finer, shrunk
 
 
 def flicker(sitter, take, generator, first, count):
@@ -51,12 +51,12 @@ def _frames(sitter, take, generator, first, count):
     for weights, gaze, camera in portrayal.poses(sitter, take, still, range(first, first + count)):
         seen, fine = (
             condition(head, subject.neutral, subject.texture, weights, gaze, c)
-            for c in (camera, portrayal.finer(camera))
+            for c in (camera, finer(camera))
         )
         made = generator.generate(subject, fine).image
         pictures = {"conditions": fine.deformed_neutral, "generated": made}
         shown = {
-            name: portrayal.shrunk(to_encoded(np.clip(picture, 0, 1)), camera)
+            name: shrunk(to_encoded(np.clip(picture, 0, 1)), camera)
             for name, picture in pictures.items()
         }
         yield seen, shown

@@ -6,6 +6,7 @@ the same function, so that the two cannot differ.
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from bakery.geometry.camera import to_camera
@@ -52,6 +53,18 @@ def planes(head, conditions):
         part=conditions.part,
         face=face_mask(head, conditions),
     )
+
+
+def shrunk_planes(planes, size):
+    """Planes drawn at several times the pixels [h, w] as planes of `size` pixels a side."""
+
+    def area(plane):
+        small = cv2.resize(plane.astype(np.float32), (size, size), interpolation=cv2.INTER_AREA)
+        return np.round(small).astype(plane.dtype)
+
+    part = cv2.resize(planes.part, (size, size), interpolation=cv2.INTER_NEAREST)
+    others = {name: area(plane) for name, plane in vars(planes).items() if name != "part"}
+    return Planes(part=part, **others)
 
 
 def encode(linear):

@@ -1,5 +1,6 @@
 """Draw one target of a subject for the generator (paGAN section 4)."""
 
+import cv2
 import numpy as np
 
 from bakery.geometry import camera as cameras
@@ -15,6 +16,7 @@ SIZE = 512  # pixels of the generator's picture
 FACE_SHARE = 0.78  # forehead to chin over the picture's side, as the measurements cut it
 DRAWN = ("skin", *INTERIOR)
 IRIS = 5.85  # mm, radius of a mean iris
+FINER = 1.5  # times the pixels of a picture a side, drawn and then shrunk: or edges and pores alias
 
 
 def face_camera(fit, head, neutral, yaw=0.0, pitch=0.0, size=SIZE, share=FACE_SHARE):
@@ -33,6 +35,17 @@ def face_camera(fit, head, neutral, yaw=0.0, pitch=0.0, size=SIZE, share=FACE_SH
     corner = (low + high) / 2 - size / 2 / scale
     framed = cameras.crop(straight, corner[0], corner[1], size, size, scale)
     return cameras.view(framed, yaw, pitch, pivot)
+
+
+def finer(camera):
+    """The camera that a picture is drawn with before it is `shrunk`."""
+    width, height = (round(FINER * side) for side in (camera.width, camera.height))
+    return cameras.crop(camera, 0, 0, width, height, FINER)
+
+
+def shrunk(picture, camera):
+    """A picture [h, w(, C)] seen by `finer(camera)` in the pixels of the camera: [H, W(, C)]."""
+    return cv2.resize(picture, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
 
 
 def condition(head, neutral, texture, expression, gaze, camera, parts=DRAWN):

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from bakery.formats.targets import presets_folder, read_keys
-from bakery.generators.planes import face_mask, planes
+from bakery.generators.planes import face_mask, planes, shrunk_planes
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import LUMA, to_encoded
@@ -20,9 +20,9 @@ from bakery.geometry.fill import smoothstep
 from bakery.geometry.noise import value_noise
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import PARTS
-from bakery.landmarks import LIPS_INNER, LIPS_OUTER
+from bakery.landmarks import FACE, LIPS_INNER, LIPS_OUTER
 from bakery.stages import texture
-from bakery.stages.condition import condition, face_camera
+from bakery.stages.condition import condition, face_camera, finer
 from bakery.stages.lids import close_lids
 from bakery.stages.texture_hair import Cover
 from bakery.stages.texture_lids import lid_skin
@@ -277,7 +277,7 @@ def paint_subject(stage, paths, seed, options=PairOptions()):
     found = Landmarks(np.concatenate([low, high - low]), 1.0, marks, np.ones(len(marks)))
     bald = np.zeros(kind.shape, np.float32)
     cover = Cover((kind == PARTS.index("skin")).astype(np.float32), bald, bald, bald)
-    prepared = texture.prepare(photo, found, fit, neutral, head, cover, stage.atlas.size)
+    prepared = texture.prepare(photo, found, fit, neutral, head, cover, size * PHOTO_SIZE)
     subject = prepared.subject
 
     small = cv2.resize(photo.encoded, (size, size), interpolation=cv2.INTER_AREA)
@@ -303,17 +303,38 @@ def _target(rng, figure, subject, fit, head, neutral, gain, shared, options, pos
     camera = face_camera(fit, head, neutral, yaw, pitch, options.size)
     believed = expression * (1 + 0.05 * options.error * rng.normal(size=len(expression)))
     believed = np.clip(believed, 0, 1).astype(np.float32)
-    conditions = condition(head, neutral, subject.texture, believed, gaze, camera)
+    posed = figure.head.vertices(figure.neutral, expression, gaze)
+    marks = figure.head.landmarks(posed)
+    if options.error > 0:
+        neutral = neutral + registration(figure, head, neutral, marks, believed, gaze, camera)
+    drawn = condition(head, neutral, subject.texture, believed, gaze, finer(camera))
     linear, kind = quick.paint(figure, expression, gaze, camera)
     truth = to_encoded(film.tone(linear * gain)) * 255
-    posed = figure.head.vertices(figure.neutral, expression, gaze)
     return PaintedPair(
-        target=np.round(truth * (kind >= 0)[..., None]).astype(np.uint8),
-        landmarks=cameras.project(figure.head.landmarks(posed), camera).astype(np.float32),
+        target=np.round(truth).astype(np.uint8),
+        landmarks=cameras.project(marks, camera).astype(np.float32),
         expression=expression,
         gaze_angles=gaze.astype(np.float32),
         yaw=yaw,
         pitch=pitch,
-        **vars(planes(head, conditions)),
+        **vars(shrunk_planes(planes(head, drawn), options.size)),
         **shared,
     )
+
+
+def registration(figure, head, neutral, marks, expression, gaze, camera):
+    """Offsets [V, 3] mm that register the mistaken shape with a target, as the fit of a photo does.
+
+    The warp of a fit moves landmarks in the picture's plane to where that photo shows them. Here
+    they keep the mistake that they have on the neutral photo: a detector errs alike on one face.
+
+    Args:
+        neutral: [V, 3] mm, mistaken.
+        marks: [L, 3] mm, true landmarks of the target.
+        expression, gaze, camera: of the target, as they are believed.
+    """
+    kept = head.landmarks(neutral) - figure.head.landmarks(figure.neutral)
+    posed = head.landmarks(head.vertices(neutral, expression, gaze))
+    missing = (marks + kept * [1, 1, 0] - posed)[:FACE]
+    turn = rotation.matrix(camera.rotation)
+    return residual_offsets(head, (missing @ turn.T * [1, 1, 0]) @ turn)

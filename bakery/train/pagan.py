@@ -20,7 +20,9 @@ import torch
 from torch import distributed, nn
 from torch.utils.data import DataLoader, Subset
 
+from bakery.detectors.blocks import unfold
 from bakery.errors import InputError, ModelError
+from bakery.generators import pagan as generator
 from bakery.generators.unet import HEADS, INPUTS, NetworkOptions, UNet, interpret, network_input
 from bakery.train import pagan_losses as losses
 from bakery.train import runs
@@ -49,6 +51,7 @@ class PaganOptions:
     judge_alone: int = 300  # steps that it learns before the generator hears of it
     judge_channels: int = 32  # of its first layer
     detail: float = 10.0  # of the L1 loss of gradients
+    structure: float = 0.0  # of one minus the structural similarity
     alpha: float = 0.5  # of the mean alpha on skin
     smooth: float = 0.5  # of the roughness of the ratio on skin
     crop: Cropping = field(default_factory=Cropping)
@@ -62,6 +65,7 @@ class PaganOptions:
     workers: int = 0  # processes that cut crops
     threads: int = 0  # of torch; 0: as many as it likes
     seed: int = 0
+    begin: str = ""  # weights as they ship to begin from; their normalisation stays as it is
 
     def __post_init__(self):
         if self.network.head not in HEADS:
@@ -170,6 +174,9 @@ class _State:
             return module.to(self.device, memory_format=torch.channels_last)
 
         self.network, self.averaged = (place(UNet(options.network)) for _ in range(2))
+        if options.begin:
+            begun = generator.load(options.begin).network.state_dict()
+            self.network.load_state_dict(unfold(self.network, begun))
         self.averaged.load_state_dict(self.network.state_dict())
         inputs = sum(INPUTS[name] for name in options.network.inputs)
         self.judge = place(losses.PatchDiscriminator(inputs, options.judge_channels))
@@ -220,7 +227,7 @@ class _State:
         target, deformed = batch["target"].float() / 255, batch["deformed"].float() / 255
         weight, skin = batch["weight"].float(), batch["skin"].float() / 255
         network, judge = self.shared
-        network.train()
+        network.train(not options.begin)  # weights that ship have lost their statistics
         with torch.autocast(self.device.type, torch.bfloat16, enabled=self.half):
             outputs = network(x)
         change = interpret(outputs, deformed)
@@ -231,6 +238,8 @@ class _State:
             "alpha": alpha,
             "smooth": rough,
         }
+        if options.structure:
+            parts["structure"] = losses.structure_loss(change.picture, target, weight)
         whole = batch["whole"] > 0
         if self.features is not None and whole.any():
             # The features look at faces on black; a crop of a face has none.

@@ -4,6 +4,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
+from bakery.geometry.color import LUMA
 from bakery.train.pagan_data import UNIT
 
 GAIN = 8.0  # of the changes that the discriminator sees
@@ -34,6 +35,29 @@ def detail_loss(picture, target, weight, scales=3):
         ).clamp_min(1)
         picture, target, weight = (functional.avg_pool2d(x, 2) for x in (picture, target, weight))
     return total / scales
+
+
+def structure_loss(picture, target, weight):
+    """One minus the mean structural similarity of the luma, weighted by [B, 1, H, W].
+
+    References:
+        Wang, Bovik, Sheikh and Simoncelli, IEEE TIP 13(4), 2004: 11x11 Gaussian of sigma 1.5,
+        K1 = 0.01, K2 = 0.03, as `evaluate.metrics.ssim` has them.
+    """
+    luma = torch.tensor(LUMA, dtype=picture.dtype, device=picture.device)[:, None, None]
+    x, y = ((p * luma).sum(1, keepdim=True) for p in (picture, target))
+    taps = torch.exp(-0.5 * (torch.arange(-5, 6, device=x.device, dtype=x.dtype) / 1.5) ** 2)
+    taps = taps / taps.sum()
+    stack = torch.cat([x, y, x * x, y * y, x * y], 1)
+    for kernel in (taps[:, None], taps[None, :]):
+        side = (kernel.shape[0] // 2, kernel.shape[1] // 2)
+        kernel = kernel.expand(5, 1, *kernel.shape)
+        stack = functional.conv2d(stack, kernel, padding=side, groups=5)
+    mx, my, xx, yy, xy = stack.split(1, 1)
+    vx, vy, both = xx - mx * mx, yy - my * my, xy - mx * my
+    alike = (2 * mx * my + 1e-4) * (2 * both + 9e-4)
+    alike = alike / ((mx * mx + my * my + 1e-4) * (vx + vy + 9e-4))
+    return ((1 - alike) * weight).sum() / weight.sum().clamp_min(1)
 
 
 def restraint(change, weight, skin):

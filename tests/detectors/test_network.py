@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from safetensors.torch import save_file
 
 from bakery.detectors import frames, network
-from bakery.detectors.blocks import FinderNet, PointsNet, fold
+from bakery.detectors.blocks import FinderNet, PointsNet, fold, unfold
 from bakery.errors import ModelError
 
 SHAPE = np.random.default_rng(0).uniform(-0.35, 0.35, (478, 2)).astype(np.float32)
@@ -101,6 +101,14 @@ def test_folding_changes_nothing():
             first, second = (first,), (second,)
         for a, b in zip(first, second):
             assert_allclose(a.detach(), b.detach(), atol=1e-4)  # float32 in another order
+
+
+def test_unfolding_is_the_way_back():
+    folded = FinderNet(folded=True)
+    trained = FinderNet()
+    trained.load_state_dict(unfold(trained, folded.state_dict()))
+    for name, value in fold(trained.eval()).items():
+        assert_allclose(value, folded.state_dict()[name], atol=1e-6)
 
 
 def test_load_refuses_bad_weights(tmp_path):

@@ -11,6 +11,7 @@ import torch
 from numpy.testing import assert_allclose
 
 from bakery.errors import InputError, ModelError
+from bakery.evaluate.metrics import ssim
 from bakery.generators import pagan as inference
 from bakery.generators.unet import Change, NetworkOptions
 from bakery.heads.base import PARTS
@@ -141,6 +142,20 @@ def test_detail_loss_ignores_a_shift_of_tone_and_sees_an_edge():
     assert_allclose(pagan_losses.detail_loss(edge, torch.zeros_like(edge), weight, 1), 1 / 16)
 
 
+def test_structure_loss_is_what_is_measured():
+    rng = np.random.default_rng(0)
+    a, b = rng.random((2, 40, 40, 3), np.float32)
+    inside = np.zeros((40, 40), bool)
+    inside[8:-8, 8:-8] = True  # away from the border, where blurs end differently
+    first, second, weight = (
+        torch.from_numpy(np.float32(x.reshape(40, 40, -1).transpose(2, 0, 1)))[None]
+        for x in (a, b, inside)
+    )
+    loss = pagan_losses.structure_loss(first, second, weight)
+    assert_allclose(1 - loss, ssim(a, b, inside), atol=1e-4)  # float32
+    assert pagan_losses.structure_loss(first, first, weight) < 1e-4
+
+
 def test_restraint_is_cheap_inside_the_mouth():
     ratio = torch.zeros(1, 3, 8, 8)
     alpha = torch.full((1, 1, 8, 8), 0.5)
@@ -200,6 +215,20 @@ def test_the_mean_of_two_runs(shards, tmp_path):
     list(pagan.train(tmp_path / "deep", [shards], options(steps=1, network=deep)))
     with pytest.raises(InputError, match="different networks"):
         export([tmp_path / "one", tmp_path / "deep"], tmp_path / "w.safetensors")
+
+
+def test_a_run_begins_where_another_ended(shards, tmp_path):
+    list(pagan.train(tmp_path / "one", [shards], options(steps=20, rate=1e-2)))
+    export([tmp_path / "one"], tmp_path / "w.safetensors")
+    begun = options(steps=1, rate=1e-9, begin=str(tmp_path / "w.safetensors"))
+    list(pagan.train(tmp_path / "two", [shards], begun))
+    export([tmp_path / "two"], tmp_path / "again.safetensors")
+    one, two = (
+        inference.load(tmp_path / name).network.state_dict()
+        for name in ("w.safetensors", "again.safetensors")
+    )
+    for name, value in one.items():
+        assert_allclose(two[name], value, atol=1e-4)  # half precision, and a step of 1e-9
 
 
 def test_a_stopped_run_goes_on_with_the_same_curve(shards, tmp_path):
