@@ -48,7 +48,9 @@ def test_pairs_are_whole(pairs):
         seen = pair.part != 255
         assert 0.3 < seen.mean() < 0.95
         # Depth is shrunk, and so blurred over the rim; parts have names and are not.
-        core, reach = (change(seen.astype(np.uint8), ROUND) > 0 for change in (cv2.erode, cv2.dilate))
+        core, reach = (
+            change(seen.astype(np.uint8), ROUND) > 0 for change in (cv2.erode, cv2.dilate)
+        )
         assert (pair.depth[core] > 0).all() and (pair.depth[~reach] == 0).all()
         face = pair.face > 200
         # Truth and condition show the same person: on the face they differ by far less than two
