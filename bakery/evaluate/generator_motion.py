@@ -3,10 +3,15 @@
 import numpy as np
 
 from bakery import portrayal
+from bakery.generators.interior import interior_shade
+from bakery.generators.planes import planes
 from bakery.generators.steady import followed
+from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_encoded
 from bakery.geometry.sample import bilinear
 from bakery.stages.condition import condition, face_camera, finer, shrunk
+
+PICTURES = ("conditions", "bare", "generated")
 
 
 def flicker(sitter, take, generator, first, count):
@@ -22,10 +27,11 @@ def flicker(sitter, take, generator, first, count):
         first, count: frames of the take.
 
     Returns:
-        dict: "conditions" (the deformed neutral), "generated", and their "ratio"; "jitter": a dict
-        of the same three.
+        dict: "conditions" (the deformed neutral with the first shade of eyes and mouth, as a network
+        is given it), "bare" (without that shade), "generated", its "ratio" to the conditions and its
+        "bare_ratio"; "jitter": a dict of the same five.
     """
-    changes, jitters = ({"conditions": [], "generated": []} for _ in range(2))
+    changes, jitters = ({name: [] for name in PICTURES} for _ in range(2))
     older = before = None
     for now in _frames(sitter, take, generator, first, count):
         if before is not None:
@@ -54,12 +60,16 @@ def _frames(sitter, take, generator, first, count):
             for c in (camera, finer(camera))
         )
         made = generator.generate(subject, fine).image
-        pictures = {"conditions": fine.deformed_neutral, "generated": made}
-        shown = {
-            name: shrunk(to_encoded(np.clip(picture, 0, 1)), camera)
-            for name, picture in pictures.items()
-        }
-        yield seen, shown
+        pictures = (fine.deformed_neutral * _first_shade(head, fine), fine.deformed_neutral, made)
+        shown = (shrunk(to_encoded(np.clip(picture, 0, 1)), camera) for picture in pictures)
+        yield seen, dict(zip(PICTURES, shown))
+
+
+def _first_shade(head, conditions):
+    """The factor [H, W, 1] on eyes and mouth that a network's deformed neutral comes with."""
+    layers = planes(head, conditions)
+    per_mm = cameras.pixels_per_mm(conditions.camera)
+    return interior_shade(layers.part, layers.normals, layers.depth, per_mm)[..., None]
 
 
 def _changes(head, here, other):
@@ -70,4 +80,7 @@ def _changes(head, here, other):
 
 def _means(found):
     out = {name: float(np.mean(values)) if values else 0.0 for name, values in found.items()}
-    return out | {"ratio": out["generated"] / max(out["conditions"], 1e-6)}
+    return out | {
+        "ratio": out["generated"] / max(out["conditions"], 1e-6),
+        "bare_ratio": out["generated"] / max(out["bare"], 1e-6),
+    }

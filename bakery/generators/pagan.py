@@ -66,7 +66,7 @@ class PaganGenerator:
         if subject.photo is None:
             raise ValueError("Subject.photo is missing; the network looks at the neutral photo")
         camera = conditions.camera
-        per_mm = camera.focal / -cameras.to_camera(np.zeros(3), camera)[2]
+        per_mm = cameras.pixels_per_mm(camera)
         layers = planes(subject.head, conditions)
         shade = interior_shade(layers.part, layers.normals, layers.depth, per_mm)
         stack = input_layers(layers, aligned_photo(subject, conditions), shade)

@@ -91,7 +91,7 @@ def shift_towards(before, shown, head, conditions, change):
     shift = np.clip(KEEP * apart, -reach, reach).astype(np.float32)
     known = (same & is_part(conditions.part, "skin")).astype(np.float32)[..., None]
     camera = conditions.camera
-    radius = TONE * camera.focal / -cameras.to_camera(np.zeros(3), camera)[2]  # pixels
+    radius = TONE * cameras.pixels_per_mm(camera)
     tone = _blurred(shift * known, radius) / np.maximum(_blurred(known, radius), 1e-3)
     return np.where(known > 0, tone, shift)
 

@@ -41,6 +41,11 @@ def position(camera):
     return -rotation.matrix(camera.rotation).T @ camera.translation
 
 
+def pixels_per_mm(camera):
+    """Pixels that a millimetre takes at the face, that is at the origin of head space."""
+    return float(camera.focal / -to_camera(np.zeros(3), camera)[2])
+
+
 def crop(camera, x, y, width, height, scale):
     """The camera of a picture cut at (x, y) from this camera's and then scaled.
 

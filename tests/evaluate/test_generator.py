@@ -18,7 +18,7 @@ from bakery.generators.unet import INPUTS, NetworkOptions, UNet
 from bakery.heads.base import PARTS
 from bakery.sitter import Sitter
 from bakery.synth.pairs import PaintedPair, write_shard
-from bakery.types import Generated
+from bakery.types import EXPRESSION_INDEX, Generated
 
 
 class Painter:
@@ -165,3 +165,14 @@ def test_the_plain_network_has_the_published_size():
     """pix2pix's 512 variant with 13 input channels: 54.4 million parameters."""
     network = PlainUNet(sum(INPUTS.values()))
     assert round(sum(p.numel() for p in network.parameters()) / 1e6, 1) == 54.4
+
+
+def test_teeth_that_come_to_light_count_as_conditions(still):
+    sitter, take = still
+    weights = np.zeros((4, 52), np.float32)
+    weights[:, EXPRESSION_INDEX["jawOpen"]] = [0.3, 0.4, 0.5, 0.6]
+    opening = replace(take, weights=weights)
+    found = generator_motion.flicker(sitter, opening, Painter(1.0), 0, 4)
+    assert found["conditions"] > found["bare"]
+    # A painter that changes nothing shows the bare deformed neutral.
+    assert found["bare_ratio"] == pytest.approx(1) and found["ratio"] < 1
