@@ -69,7 +69,7 @@ def _first_shade(head, conditions):
     """The factor [H, W, 1] on eyes and mouth that a network's deformed neutral comes with."""
     layers = planes(head, conditions)
     per_mm = cameras.pixels_per_mm(conditions.camera)
-    return interior_shade(layers.part, layers.normals, layers.depth, per_mm)[..., None]
+    return interior_shade(layers, per_mm)[..., None]
 
 
 def _changes(head, here, other):

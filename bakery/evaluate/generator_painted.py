@@ -51,7 +51,7 @@ def _pictures(pair, networks):
     """(name, picture [S, S, 3] sRGB-encoded) of a pair's target in every way."""
     yield "deformed", pair.deformed / np.float32(255)
     side = pair.part.shape[0]
-    shade = interior_shade(pair.part, pair.normals, pair.depth, FRAME_SCALE * side)
+    shade = interior_shade(pair, FRAME_SCALE * side)
     layers = input_layers(pair, pair.photo, shade)
     base = to_linear(layers["deformed"] / np.float32(255))
     for name, network in networks.items():

@@ -22,13 +22,14 @@ LIDS, LIPS = 1.1, 5.0  # mm over which lids and lips shade what is behind them
 AMBIENT = 0.45  # share of the light that comes from everywhere
 
 
-def interior_shade(part, normals, depth, per_mm):
+def interior_shade(planes, per_mm):
     """Factor [H, W] float32 on linear light: 1 on skin, less in eyes and mouth.
 
     Args:
-        part, normals, depth: of planes.Planes.
+        planes: planes.Planes, or anything with the same fields.
         per_mm: pixels a mm at the face.
     """
+    part, normals, depth = planes.part, planes.normals, planes.depth
     out = np.ones(part.shape, np.float32)
     eyes, mouth = is_part(part, *EYES), is_part(part, *MOUTH)
     # Light is computed around eyes and mouth alone, as far as its blurs reach.

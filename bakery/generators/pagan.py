@@ -68,7 +68,7 @@ class PaganGenerator:
         camera = conditions.camera
         per_mm = cameras.pixels_per_mm(camera)
         layers = planes(subject.head, conditions)
-        shade = interior_shade(layers.part, layers.normals, layers.depth, per_mm)
+        shade = interior_shade(layers, per_mm)
         stack = input_layers(layers, aligned_photo(subject, conditions), shade)
         change = self.paint_scaled(stack, per_mm / NOMINAL)
         face = layers.face.astype(np.float32) / 255 * (layers.part != NONE)

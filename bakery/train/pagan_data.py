@@ -80,7 +80,7 @@ class Pairs:
         weight = 1 + (self.cropping.mouth_weight - 1) * lips + (self.cropping.eye_weight - 1) * eyes
         weight = np.clip(UNIT * weight * (pair.face / 255), 0, 255)
         per_mm = FRAME_SCALE * pair.part.shape[0]
-        shade = interior_shade(pair.part, pair.normals, pair.depth, per_mm)
+        shade = interior_shade(pair, per_mm)
         return input_layers(pair, pair.photo, shade) | {
             "target": pair.target,
             "weight": np.round(weight).astype(np.uint8)[..., None],

@@ -1,6 +1,7 @@
 """The trained generator: closed forms, crops against frames, folding, bad files."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -123,7 +124,7 @@ def test_shade_leaves_skin_alone_and_darkens_deep_places():
     normals[..., 2] = 127
     depth = np.full((64, 64), 240, np.uint8)
     depth[part == PARTS.index("mouth_cavity")] = 200  # 38 mm further back
-    shade = interior_shade(part, normals, depth, 1.0)
+    shade = interior_shade(SimpleNamespace(part=part, normals=normals, depth=depth), 1.0)
     assert_allclose(shade[part == PARTS.index("skin")], 1)
     assert shade[32, 43] < 0.35 * shade[32, 20] < 0.35
 
@@ -182,7 +183,7 @@ def test_the_networks_share_is_the_training_picture(target):
     subject = Sitting(head, np.full((512, 512, 3), 90, np.uint8))
     made = generator.generate(subject, conditions, interior_only=True)
     layers = planes(head, conditions)
-    shade = interior_shade(layers.part, layers.normals, layers.depth, FRAME_SCALE * 512)
+    shade = interior_shade(layers, FRAME_SCALE * 512)
     stack = input_layers(layers, pagan.aligned_photo(subject, conditions), shade)
     batch = {k: torch.from_numpy(v.transpose(2, 0, 1)[None].copy()) for k, v in stack.items()}
     with torch.no_grad():
