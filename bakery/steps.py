@@ -16,8 +16,9 @@ from bakery.formats import hostile, image, record, targets
 from bakery.formats.files import write_bytes
 from bakery.formats.glb import write_glb
 from bakery.formats.place import staged
-from bakery.formats.web import small_picture
+from bakery.formats.web import card_picture, small_picture
 from bakery.heads.file import load_head, save_head
+from bakery.heads.lashes import card_rectangle, card_texels, with_lashes
 from bakery.parallel import side_by_side
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import lay_hair
@@ -185,9 +186,12 @@ def fitted_neutral(head, fit):
 
 
 def own_head(head, fit):
-    """The head as this person has it: lids that close on their eyes; and the neutral shape [V, 3]."""
+    """The head as this person has it, and its neutral shape [V, 3].
+
+    Its lids close on the eyes, and lashes and tear lines stand behind the vertices of `head`.
+    """
     neutral = fitted_neutral(head, fit)
-    return close_lids(head, neutral), neutral
+    return with_lashes(close_lids(head, neutral), neutral)
 
 
 def expression_targets():
@@ -289,7 +293,11 @@ def pack(target, baked, options, keep_photo=False, overwrite=False):
             atlas = small_picture(lay_hair(textures.neutral, textures.hair), options.glb)
             picture = image.encode_image(atlas, ".jpg", GLB_QUALITY)
             maker = f"bakery {__version__}"
-            write_glb(folder / "head.glb", levels, carriers, EXPRESSIONS, picture, maker)
+            cards = None
+            if card_rectangle(head) is not None:
+                sheet = textures.hair[card_texels(head, len(textures.hair))]
+                cards = image.encode_image(card_picture(sheet), ".png")
+            write_glb(folder / "head.glb", levels, carriers, EXPRESSIONS, picture, cards, maker)
             modes = np.zeros((0, *neutral.shape), np.float32)
             save_head(folder / RIG, replace(head, mean=neutral, identity_basis=modes))
             return levels

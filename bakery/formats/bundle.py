@@ -95,7 +95,7 @@ def describe_textures(textures, masks):
         "hair": {
             "file": "hair.exr",
             "part": "hair",
-            "layout": "RGBA over the face texture, colour multiplied by alpha",
+            "layout": "RGBA over the face texture, colour multiplied by alpha; lashes in uv/cards",
         },
         "gaze": {
             "file": "gaze.exr",

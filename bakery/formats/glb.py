@@ -14,6 +14,8 @@ from bakery.formats.files import write_bytes
 
 METRES = 0.001  # glTF's unit, from millimetres
 STILL = 0.005  # mm; a vertex that moves less is at rest
+CLEAR = ("lashes", "tear")  # materials that are seen through, from both sides
+GLOSS = 0.1  # roughness of the tear line
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class Surface:
         check_array("Surface.shapes", self.shapes, (None, count, 3))
 
 
-def write_glb(path, levels, carriers, shape_names, texture, generator):
+def write_glb(path, levels, carriers, shape_names, texture, cards, generator):
     """Write a head.
 
     Args:
@@ -46,6 +48,7 @@ def write_glb(path, levels, carriers, shape_names, texture, generator):
             of their own.
         shape_names: [E] names of the morph targets.
         texture: bytes of a JPEG or PNG, the atlas.
+        cards: bytes of a PNG with alpha, the picture of the CLEAR materials, or None without them.
         generator: name and version of the program.
     """
     made = _Writer()
@@ -61,6 +64,11 @@ def write_glb(path, levels, carriers, shape_names, texture, generator):
         )
     ]
     document.textures = [gltf.Texture(source=0, sampler=0)]
+    if cards is not None:
+        document.images.append(
+            gltf.Image(name="cards", mimeType="image/png", bufferView=made.view(cards))
+        )
+        document.textures.append(gltf.Texture(source=1, sampler=0))
     document.extensionsUsed = ["KHR_materials_unlit", "MSFT_lod"]
     names = list(dict.fromkeys(piece.name for level in [*levels, carriers] for piece in level))
     document.materials = [_material(name) for name in names]
@@ -86,6 +94,8 @@ def write_glb(path, levels, carriers, shape_names, texture, generator):
 
 
 def _material(name):
+    if name in CLEAR:
+        return _clear_material(name)
     return gltf.Material(
         name=name,
         pbrMetallicRoughness=gltf.PbrMetallicRoughness(
@@ -95,6 +105,27 @@ def _material(name):
         alphaCutoff=None,
         extensions={"KHR_materials_unlit": {}},
     )
+
+
+def _clear_material(name):
+    """Lashes are unlit like the skin; fluid shows its painting and mirrors the lamps of the viewer."""
+    material = gltf.Material(
+        name=name,
+        pbrMetallicRoughness=gltf.PbrMetallicRoughness(
+            baseColorTexture=gltf.TextureInfo(index=1), metallicFactor=0.0, roughnessFactor=0.9
+        ),
+        alphaMode=gltf.BLEND,
+        alphaCutoff=None,
+        doubleSided=True,
+    )
+    if name == "tear":
+        material.pbrMetallicRoughness.roughnessFactor = GLOSS
+        material.pbrMetallicRoughness.baseColorFactor = [0.0, 0.0, 0.0, 1.0]
+        material.emissiveTexture = gltf.TextureInfo(index=1)
+        material.emissiveFactor = [1.0, 1.0, 1.0]
+    else:
+        material.extensions = {"KHR_materials_unlit": {}}
+    return material
 
 
 def _add_mesh(document, made, name, surfaces, materials, shape_names):

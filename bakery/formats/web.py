@@ -103,6 +103,15 @@ def straight_alpha(layer):
     return np.dstack([to_encoded(diffuse(color, alpha)), alpha])
 
 
+def card_picture(layer):
+    """`straight_alpha` of a piece of a layer [h, w, 4], its sides grown to powers of two.
+
+    glTF's validator, and old graphics cards, want those of a texture with mipmaps.
+    """
+    size = [1 << int(np.ceil(np.log2(side))) for side in layer.shape[1::-1]]
+    return straight_alpha(cv2.resize(np.float32(layer), size, interpolation=cv2.INTER_LINEAR))
+
+
 def _coverage(textures, paintable, side):
     """Red: where the photo is known; green: the kind of source; blue: how squarely it was seen."""
     size = textures.source.shape[0]

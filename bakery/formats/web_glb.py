@@ -8,7 +8,7 @@ import json
 import numpy as np
 
 from bakery.formats import meshopt
-from bakery.formats.glb import METRES, STILL
+from bakery.formats.glb import CLEAR, METRES, STILL
 
 BYTE, SHORT, UNSIGNED_SHORT, UNSIGNED_INT, FLOAT = 5120, 5122, 5123, 5125, 5126
 ARRAY, ELEMENTS = 34962, 34963
@@ -51,6 +51,7 @@ def web_glb(surfaces, shape_names, generator):
                 "name": piece.name,
                 "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.9},
                 "extensions": {"KHR_materials_unlit": {}},
+                **({"alphaMode": "BLEND", "doubleSided": True} if piece.name in CLEAR else {}),
             }
             for piece in surfaces
         ],

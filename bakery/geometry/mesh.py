@@ -43,3 +43,48 @@ def boundary_loops(faces):
             vertex = follow.pop(vertex)
         loops.append(loop)
     return sorted(loops, key=len, reverse=True)
+
+
+def closest_barycentric(points, triangles):
+    """The closest point of each triangle, as barycentric coordinates.
+
+    Args:
+        points: [N, 3].
+        triangles: [N, 3, 3] corners.
+
+    Returns:
+        [N, 3], not negative, sum 1.
+
+    References:
+        Ericson, "Real-Time Collision Detection", sec. 5.1.5: the plane's point where it lies
+        inside, else the closest point of the three edges.
+    """
+    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+    best = np.full(len(points), np.inf)
+    out = np.zeros((len(points), 3))
+    for start, end in ((0, 1), (1, 2), (2, 0)):
+        edge = triangles[:, end] - triangles[:, start]
+        length = np.maximum((edge**2).sum(1), 1e-20)
+        along = np.clip(((points - triangles[:, start]) * edge).sum(1) / length, 0, 1)
+        off = ((triangles[:, start] + along[:, None] * edge - points) ** 2).sum(1)
+        nearer = off < best
+        best[nearer] = off[nearer]
+        out[nearer] = 0
+        out[nearer, start] = 1 - along[nearer]
+        out[nearer, end] = along[nearer]
+    normal = np.cross(b - a, c - a)
+    area = np.maximum((normal**2).sum(1), 1e-20)
+    plane = (
+        np.stack(
+            [
+                (np.cross(c - b, points - b) * normal).sum(1),
+                (np.cross(a - c, points - c) * normal).sum(1),
+                (np.cross(b - a, points - a) * normal).sum(1),
+            ],
+            1,
+        )
+        / area[:, None]
+    )
+    inside = (plane >= 0).all(1) & ((normal**2).sum(1) > 1e-20)
+    out[inside] = plane[inside] / plane[inside].sum(1, keepdims=True)
+    return out

@@ -29,8 +29,8 @@ BOXES = {
     "gums_lower": (0.308, 0.956, 0.3, 0.04),
     "socket_left": (0.7, 0.91, 0.084, 0.086),
     "socket_right": (0.612, 0.91, 0.084, 0.086),
-    "lashes": (0.788, 0.91, 0.1, 0.086),
-    "tear": (0.892, 0.91, 0.1, 0.086),
+    "lashes": (0.788, 0.91, 0.1, 0.086),  # the source's, which no avatar shows
+    "cards": (0.788, 0.91, 0.204, 0.086),  # those of `heads.lashes`
 }
 
 

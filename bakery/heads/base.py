@@ -27,6 +27,7 @@ PARTS = (
     "eye_cap_right",
 )
 CARRIERS = ("mouth_sheet", "eye_cap_left", "eye_cap_right")  # what the runtime shows
+CARDS = ("lashes", "tear")  # drawn over the rest, as clear as the hair layer makes them
 INTERIOR = (  # what the generator's conditions show instead
     "eye_socket mouth_cavity eye_left eye_right teeth_upper teeth_lower gums_upper gums_lower tongue"
 ).split()
@@ -54,7 +55,8 @@ class HeadModel:
     expression_basis: np.ndarray  # [E, V, 3] float32 mm at weight 1, in the order of EXPRESSIONS
     landmark_faces: np.ndarray  # [L] int32: the face each landmark lies on
     landmark_barycentric: np.ndarray  # [L, 3] float32 where on it
-    uv_rectangles: dict = field(default_factory=dict)  # carrier -> [left, top, width, height] 0..1
+    # carrier or "cards" (lashes and tear line) -> [left, top, width, height] 0..1
+    uv_rectangles: dict = field(default_factory=dict)
 
     def part_faces(self, *names):
         """Indices of the faces that belong to the named parts."""

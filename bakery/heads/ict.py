@@ -69,6 +69,7 @@ BOXES = {
     "eye_cap_left": (0.668, 0.672, 0.12, 0.12),
     "eye_left": (0.108, 0.796, 0.1, 0.1),
     "eye_right": (0.004, 0.796, 0.1, 0.1),
+    "cards": (0.128, 0.905, 0.204, 0.086),  # over the source's own, which no avatar shows
 }
 CLOSE = 1.12  # of eyeBlink: the source leaves a slit for its lash cards to hide
 TONGUE_OUT = np.array([0.0, -4.0, 26.0])  # mm; the source has no such shape
@@ -323,6 +324,8 @@ def build(source):
         )
         patches.append(boxed(eyeball(side, ball), BOXES["eye_" + side]))
         patches.append(boxed(eye_cap(side, ball, -0.2), BOXES["eye_cap_" + side]))
-    head = join(patches, "ict", LICENCE, SOURCE, {name: BOXES[name] for name in CARRIERS})
+    head = join(
+        patches, "ict", LICENCE, SOURCE, {name: BOXES[name] for name in (*CARRIERS, "cards")}
+    )
     known = known_landmarks("ict")
     return on_faces(head, known["faces"], known["barycentric"]) if known else head

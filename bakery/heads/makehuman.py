@@ -6,7 +6,7 @@ import numpy as np
 
 from bakery.geometry.mesh import boundary_loops
 from bakery.heads import atlas
-from bakery.heads.base import PARTS
+from bakery.heads.base import CARRIERS, PARTS
 from bakery.heads.carriers import mouth_sheet
 from bakery.heads.charts import chart_of_disc, skin_chart
 from bakery.heads.control import (
@@ -251,8 +251,8 @@ def build(raw, boxes=atlas.BOXES, known=None):
     patches.append(boxed(sheet, boxes["mouth_sheet"]))
     for side, ball in zip(("left", "right"), balls):
         patches.append(boxed(eye_cap(side, ball, 0.05), boxes["eye_cap_" + side]))
-    carriers = {name: boxes[name] for name in ("mouth_sheet", "eye_cap_left", "eye_cap_right")}
-    head = join(patches, "makehuman", LICENCE, SOURCE, carriers)
+    places = {name: boxes[name] for name in (*CARRIERS, "cards")}
+    head = join(patches, "makehuman", LICENCE, SOURCE, places)
     # Coarser than what the number of threads changes, so that each build gives the same bytes.
     head = replace(head, mean=np.round(head.mean, 4) + 0.0, uv=np.round(head.uv, 6))
     return with_landmarks(head, known["positions"]) if "positions" in known else head

@@ -1,5 +1,7 @@
 """Inner loops of the fast player: what `render`, `blend` and `mouth` say, texel by texel.
 
+What lies over the head and the last loop of all stand in `card_kernels` and `shading`.
+
 Each compiles once with numba and is kept on disk; none holds the interpreter's lock, so that frames
 are drawn side by side in threads.
 """
@@ -7,13 +9,13 @@ are drawn side by side in threads.
 import numba
 import numpy as np
 
-_jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "nsz"})
+jit = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "nsz"})
 TILE = 16  # texels on a side of the squares that are blended or left alone
 LEAST = np.float32(1e-4)  # weights below change no byte
 ROUNDING = 1e-9  # columns: a pixel on the edge of two faces must not be missed by both
 
 
-@_jit
+@jit
 def deform(rest, basis, expression, out):
     """rest [3 v] + expression [E] @ basis [E, 3 v], float32, into out [3 v]."""
     out[:] = rest
@@ -25,7 +27,7 @@ def deform(rest, basis, expression, out):
                 out[n] += weight * row[n]
 
 
-@_jit
+@jit
 def reach(pixels, inverse, samples, height, width):
     """The box of a picture that the points in front of the camera span; see `rasterize`."""
     top, bottom, left, right = np.inf, -np.inf, np.inf, -np.inf
@@ -39,7 +41,7 @@ def reach(pixels, inverse, samples, height, width):
     )  # fmt: skip
 
 
-@_jit
+@jit
 def rasterize(pixels, inverse, faces, samples, face_out, best):
     """Nearest face under each pixel centre; `geometry.raster` with backs left out.
 
@@ -102,7 +104,7 @@ def rasterize(pixels, inverse, faces, samples, face_out, best):
     return box
 
 
-@_jit
+@jit
 def needed_tiles(face, box, samples, tile_start, tile_list, seen, needed):
     """Mark the tiles that faces in sight touch.
 
@@ -124,7 +126,7 @@ def needed_tiles(face, box, samples, tile_start, tile_list, seen, needed):
                 needed[tile_list[k]] = True
 
 
-@_jit
+@jit
 def blend_tiles(needed, textures, unit, masks, start, which, place, share, product, plain, out):
     """Equation 4 on the tiles in sight; see `blend.face_texture`.
 
@@ -204,7 +206,7 @@ def blend_tiles(needed, textures, unit, masks, start, which, place, share, produ
                 target[0], target[1], target[2] = color[0, n], color[1, n], color[2, n]
 
 
-@_jit
+@jit
 def texture_planes(seen, pixels, inverse, faces, corners, kind, slides, planes):
     """What turns a sample's centre into a place on the texture: u/w, v/w and 1/w are planes.
 
@@ -238,8 +240,8 @@ def texture_planes(seen, pixels, inverse, faces, corners, kind, slides, planes):
             planes[f, 3 * n + 2] = down
 
 
-@_jit
-def _place(row, column, f, planes, width, height):
+@jit
+def place_on(row, column, f, planes, width, height):
     """The texels around the place on its texture that a sample sees.
 
     Returns:
@@ -255,7 +257,7 @@ def _place(row, column, f, planes, width, height):
     return left, right, top, bottom, np.float32(u - low_u), np.float32(v - low_v)
 
 
-@_jit
+@jit
 def mark_texels(face, box, samples, kind, which, planes, marks):
     """Mark the texels [h, w] of one carrier that are in sight; returns how many samples see it.
 
@@ -268,14 +270,14 @@ def mark_texels(face, box, samples, kind, which, planes, marks):
         for column in range(box[2] * samples, box[3] * samples):
             f = face[row, column]
             if f >= 0 and kind[f] == which:
-                left, right, top, bottom, _, _ = _place(row, column, f, planes, width, height)
+                left, right, top, bottom, _, _ = place_on(row, column, f, planes, width, height)
                 marks[top, left] = marks[top, right] = True
                 marks[bottom, left] = marks[bottom, right] = True
                 count += 1
     return count
 
 
-@_jit
+@jit
 def median_texels(marks, pictures, order, weights, values, out):
     """Weighted median of the marked texels; see `mouth.weighted_median`.
 
@@ -320,78 +322,3 @@ def median_texels(marks, pictures, order, weights, values, out):
                     if upper:
                         before += less + equal
                 out[row, column, channel] = values[pivot]
-
-
-@_jit
-def shade(face, box, samples, kind, planes, texels, places, whole, out, alpha):
-    """Colour the picture from what each of its samples sees, and average them.
-
-    Args:
-        face: [H n, W n] int32, n = samples; box: as from `rasterize`.
-        kind: [F] uint8: 0 skin, 1 mouth sheet, 2 left and 3 right eye cap.
-        planes: [F, 9], as from `texture_planes`.
-        texels: [..., 4] float32: all textures, one behind the other; a fourth channel makes a texel
-            16 bytes, which are read at once.
-        places: [kinds, 3] int64: where each texture begins, its width and height.
-        whole: whether the fourth channel is wanted.
-        out: [H, W, 4] float32, written: linear, premultiplied by alpha.
-        alpha: [H, W] float32, written.
-    """
-    out[:] = 0
-    alpha[:] = 0
-    weigh = np.float32(1 / (samples * samples))
-    for row in range(box[0], box[1]):
-        for column in range(box[2], box[3]):
-            red = green = blue = known = hits = np.float32(0)
-            for y in range(row * samples, (row + 1) * samples):
-                for x in range(column * samples, (column + 1) * samples):
-                    # Unsigned: numba looks whether a signed index counts from the end.
-                    f = face[np.uint64(y), np.uint64(x)]
-                    if f < 0:
-                        continue
-                    which = np.uint64(kind[np.uint64(f)])
-                    start, width, height = places[which, 0], places[which, 1], places[which, 2]
-                    left, right, top, bottom, s, t = _place(
-                        y, x, np.uint64(f), planes, width, height
-                    )
-                    top, bottom = start + top * width, start + bottom * width
-                    b, d = s - s * t, s * t
-                    a, c = 1 - t - b, t - d
-                    i, j = np.uint64(top + left), np.uint64(top + right)
-                    k, m = np.uint64(bottom + left), np.uint64(bottom + right)
-                    red += a * texels[i, 0] + b * texels[j, 0] + c * texels[k, 0] + d * texels[m, 0]
-                    green += (
-                        a * texels[i, 1] + b * texels[j, 1] + c * texels[k, 1] + d * texels[m, 1]
-                    )
-                    blue += (
-                        a * texels[i, 2] + b * texels[j, 2] + c * texels[k, 2] + d * texels[m, 2]
-                    )
-                    if whole:
-                        known += (
-                            a * texels[i, 3]
-                            + b * texels[j, 3]
-                            + c * texels[k, 3]
-                            + d * texels[m, 3]
-                        )
-                    hits += weigh
-            out[row, column, 0], out[row, column, 1] = red * weigh, green * weigh
-            out[row, column, 2], out[row, column, 3] = blue * weigh, known * weigh
-            alpha[row, column] = hits
-
-
-@_jit
-def encode_over(color, alpha, gray, table, out):
-    """Linear colour over plain grey as sRGB bytes.
-
-    Args:
-        color: [H, W, 4] float32 premultiplied; alpha: [H, W]; gray: linear.
-        table: [n] uint8: sRGB byte of k / (n - 1) linear.
-        out: [H, W, 3] uint8, written.
-    """
-    last = np.float32(len(table) - 1)
-    for row in range(color.shape[0]):
-        for column in range(color.shape[1]):
-            rest = gray * (1 - alpha[row, column])
-            for c in range(3):
-                value = min(max(color[row, column, c] + rest, np.float32(0)), np.float32(1))
-                out[row, column, c] = table[int(value * last + np.float32(0.5))]

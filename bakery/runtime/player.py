@@ -14,9 +14,10 @@ from bakery import landmarks as marks
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import to_encoded
-from bakery.heads.base import EYES, FOLLOW, PARTS
-from bakery.runtime import kernels
+from bakery.heads.base import CARDS, EYES, FOLLOW, PARTS
+from bakery.runtime import card_kernels, kernels, shading
 from bakery.runtime.blend import gaze_slide, lay_hair, nearest_gaze
+from bakery.runtime.cards import card_sides, card_weights
 from bakery.runtime.mouth import neighbours
 from bakery.runtime.render import SAMPLES, SHOWN, Frame, paintable
 from bakery.stages.texture_mouth import LIPS
@@ -42,6 +43,7 @@ class Workspace:
     needed: np.ndarray  # [tiles] bool
     planes: np.ndarray  # [F, 9] float64
     marks: np.ndarray  # [h, w] bool
+    cards: np.ndarray  # [H n, W n, 4] float32: lashes and tear line
     color: np.ndarray  # [H, W, 4] float32: premultiplied colour, `Frame.face`
     alpha: np.ndarray  # [H, W] float32
 
@@ -52,10 +54,11 @@ class Player:
     def __init__(self, avatar, hair=True):
         self.avatar = avatar
         head, textures = avatar.head, avatar.textures
-        shown = head.part_faces(*SHOWN)
-        used, compact = np.unique(head.faces[shown], return_inverse=True)
+        shown, cards = head.part_faces(*SHOWN), head.part_faces(*CARDS)
+        used, compact = np.unique(head.faces[[*shown, *cards]], return_inverse=True)
         self.used = used  # [v] the vertices that are shown
-        self.faces = compact.reshape(-1, 3).astype(np.int32)
+        compact = compact.reshape(-1, 3).astype(np.int32)
+        self.faces, self.card_faces = compact[: len(shown)], compact[len(shown) :]
         self.rest = np.ascontiguousarray(avatar.neutral[used], np.float32)
         basis = np.asarray(head.expression_basis[:, used], np.float32)
         self.basis = basis.reshape(len(basis), -1)  # [E, 3 v]
@@ -76,6 +79,7 @@ class Player:
         self.texels = starts[-1]
         self.places = np.array([(n, w, h) for n, (h, w) in zip(starts, sides)])
         self._prepare_faces(head, shown)
+        self._prepare_cards(head, cards)
         self.bytes = np.floor(
             to_encoded(np.arange(LEVELS, dtype=np.float32) / (LEVELS - 1)) * 255 + 0.5
         ).astype(np.uint8)
@@ -120,6 +124,21 @@ class Player:
         self.tile_list = np.array([tile for tiles in lists for tile in tiles], np.int32)
         self.corners = self.corners.astype(np.float32)
 
+    def _prepare_cards(self, head, cards):
+        """Their piece of the hair layer; bundles made before lashes were drawn have none there."""
+        layer = self.avatar.textures.hair
+        uv = head.uv[head.uv_faces[cards]].astype(np.float64) * layer.shape[0]  # [F, 3, 2]
+        if not len(cards):
+            uv = np.zeros((0, 3, 2))
+        low = np.maximum(np.floor(uv.min((0, 1), initial=layer.shape[0])).astype(int) - 1, 0)
+        high = np.ceil(uv.max((0, 1), initial=0)).astype(int) + 1
+        self.card_texture = np.array(layer[low[1] : high[1], low[0] : high[0]], np.float32)
+        if not self.card_texture[..., 3:].any():
+            self.card_faces = self.card_faces[:0]
+        self.card_corners = (uv - low).astype(np.float32)
+        self.card_vertices = np.unique(self.card_faces)
+        self.card_sides = card_sides(head, cards)
+
     def workspace(self, width, height):
         """New buffers for pictures of this size."""
         fine, size = (height * SAMPLES, width * SAMPLES), self.size
@@ -129,7 +148,8 @@ class Player:
             np.empty(fine, np.int32), np.empty(fine, np.float32), texels,
             np.zeros(len(self.squares), bool), np.empty(len(self.faces), bool),
             np.empty(len(self.squares), bool), np.empty((len(self.faces), 9)),
-            np.empty(self.mouths.shape[:2], bool), np.empty((height, width, 4), np.float32),
+            np.empty(self.mouths.shape[:2], bool), np.empty((*fine, 4), np.float32),
+            np.empty((height, width, 4), np.float32),
             np.empty((height, width), np.float32),
         )  # fmt: skip
 
@@ -178,9 +198,18 @@ class Player:
             work.face, box_of_mouth, SAMPLES, self.kind, 1, work.planes, work.marks
         ):
             self._mouth(work.marks, expression, mouth.reshape(*work.marks.shape, 4))
-        kernels.shade(
+        over = kernels.reach(
+            pixels[self.card_vertices], inverse[self.card_vertices], SAMPLES, camera.height,
+            camera.width,
+        )  # fmt: skip
+        card_kernels.lay_cards(
+            pixels, inverse, self.card_faces, self.card_corners,
+            card_weights(camera, self.avatar.fit.camera, expression)[self.card_sides],
+            self.card_texture, work.best, SAMPLES, over, work.cards,
+        )  # fmt: skip
+        shading.shade(
             work.face, box, SAMPLES, self.kind, work.planes, work.texels, self.places, known,
-            work.color, work.alpha,
+            work.cards, over, work.color, work.alpha,
         )  # fmt: skip
 
     def _mouth(self, seen, expression, out):
@@ -201,7 +230,7 @@ class Player:
         """The frame over plain grey: [H, W, 3] uint8 sRGB."""
         self.draw_into(work, camera, expression, gaze, dynamic, known=False)
         out = np.empty((*work.alpha.shape, 3), np.uint8)
-        kernels.encode_over(work.color, work.alpha, np.float32(GRAY), self.bytes, out)
+        shading.encode_over(work.color, work.alpha, np.float32(GRAY), self.bytes, out)
         return out
 
 

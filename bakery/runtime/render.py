@@ -12,6 +12,7 @@ from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear, interpolate
 from bakery.heads.base import EYES, PARTS
 from bakery.runtime.blend import face_texture, gaze_slide, lay_hair, nearest_gaze
+from bakery.runtime.cards import card_weights, lay_cards
 from bakery.runtime.mouth import mouth_picture
 from bakery.stages.texture_mouth import mouth_landmarks
 
@@ -52,10 +53,11 @@ def draw(avatar, vertices, camera, expression, gaze, dynamic=True, hair=True):
         camera, 0, 0, camera.width * SAMPLES, camera.height * SAMPLES, float(SAMPLES)
     )
     points = cameras.to_camera(vertices, fine)
+    pixels, distance = cameras.project_camera(points, fine), -points[:, 2]
     faces = head.part_faces(*SHOWN)
     found = rasterize(
-        cameras.project_camera(points, fine),
-        -points[:, 2],
+        pixels,
+        distance,
         head.faces[faces],
         (fine.height, fine.width),
         cull=True,
@@ -86,7 +88,11 @@ def draw(avatar, vertices, camera, expression, gaze, dynamic=True, hair=True):
             color[mine] = bilinear(picture, local * picture.shape[1::-1])
 
     known = bilinear(paintable(textures), uv * skin.shape[0]) * hit
-    known = np.where(hit & (part != PARTS.index("skin")), 1, known)
+    known = np.where(hit & (part != PARTS.index("skin")), 1, known).astype(np.float32)
+    hit = hit.astype(np.float32)
+    layer = np.asarray(textures.hair, np.float32)
+    shown = card_weights(camera, avatar.fit.camera, expression)
+    lay_cards(color, hit, known, found.depth, head, pixels, distance, layer, shown)
     size = (camera.width, camera.height)
     color, alpha, face = (
         cv2.resize(layer.astype(np.float32), size, interpolation=cv2.INTER_AREA)

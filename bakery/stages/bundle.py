@@ -7,8 +7,8 @@ import numpy as np
 from bakery import __version__
 from bakery.formats import bundle as files
 from bakery.formats import record
-from bakery.heads.base import HeadModel
-from bakery.stages.lod import SHARES, head_surfaces, simplify
+from bakery.heads.base import CARDS, HeadModel
+from bakery.stages.lod import COARSE, SHARES, head_surfaces, simplify
 from bakery.types import EXPRESSIONS, Fit, Photo, Textures
 
 GEOMETRY = 0.1  # mm at weight 1; less is no movement
@@ -20,10 +20,15 @@ def levels_of_detail(head, neutral):
     """The head at each share of its triangles.
 
     Returns:
-        a list of Surfaces a level, finest first; the Surfaces of the carriers.
+        a list of Surfaces a level, finest first; the Surfaces of the carriers. Seen from so far that
+        the coarsest level will do, lashes are gone.
     """
     surfaces, carriers = head_surfaces(head, neutral)
-    return [[simplify(piece, share) for piece in surfaces] for share in SHARES], carriers
+    levels = []
+    for share in SHARES:
+        shown = [piece for piece in surfaces if share >= COARSE or piece.name not in CARDS]
+        levels.append([simplify(piece, share) for piece in shown])
+    return levels, carriers
 
 
 def channels(head, textures, masks):

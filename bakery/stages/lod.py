@@ -1,19 +1,24 @@
 """Cut the head into surfaces, and make them coarser with their shapes and uv."""
 
+from dataclasses import replace
+
 import fast_simplification
 import numpy as np
 
 from bakery.formats.glb import Surface
-from bakery.geometry.mesh import vertex_normals
-from bakery.heads.base import CARRIERS
+from bakery.geometry.mesh import closest_barycentric, vertex_normals
+from bakery.heads.base import CARDS, CARRIERS
+from bakery.heads.lashes import card_rectangle
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 SHARES = (1.0, 0.5, 0.2, 0.05)  # of the triangles
-MATERIALS = {  # lashes and tear shells are left out: they need an alpha that the atlas lacks
+MATERIALS = {
     "skin": ("skin", "eye_socket", "mouth_cavity"),
     "eyes": ("eye_left", "eye_right"),
     "teeth": ("teeth_upper", "teeth_lower", "gums_upper", "gums_lower"),
     "tongue": ("tongue",),
+    "tear": ("tear",),
+    "lashes": ("lashes",),
 }
 FEWEST = {"eyes": 480}  # triangles; with fewer an eyeball has corners that the lids do not cover
 LOOSE = ("teeth",)  # whose borders are hidden: crowns end in the gums, gums behind the lips
@@ -38,7 +43,16 @@ def head_surfaces(head, neutral):
     shapes = shape_displacements(head, neutral)
     inside = [cut_surface(head, neutral, shapes, name, parts) for name, parts in MATERIALS.items()]
     carriers = [cut_surface(head, neutral, shapes, name, (name,)) for name in CARRIERS]
-    return [piece for piece in inside if piece], [piece for piece in carriers if piece]
+    inside = [_on_own_picture(piece, card_rectangle(head)) for piece in inside if piece]
+    return inside, [piece for piece in carriers if piece]
+
+
+def _on_own_picture(piece, box):
+    """Cards with their uv in the picture of the atlas's `box` alone; other surfaces as they are."""
+    if piece.name not in CARDS:
+        return piece
+    uv = (piece.uv - box[:2]) / box[2:]
+    return replace(piece, uv=np.clip(uv, 0, 1).astype(np.float32))
 
 
 def shape_displacements(head, neutral):
@@ -72,7 +86,7 @@ def cut_surface(head, neutral, shapes, name, parts):
 def simplify(surface, share):
     """A surface with about `share` of its triangles.
 
-    Borders, the cuts of the atlas among them, stay as they are, so that no gap opens; those of
+    Cards are mostly border and stay whole. Borders, the cuts of the atlas among them, stay as they are, so that no gap opens; those of
     LOOSE parts may go. Eyes and mouth keep more than their share. Shapes, uv and normals are read from the original surface, at the nearest point among the faces that a new
     vertex stands for: never across a cut.
 
@@ -84,7 +98,7 @@ def simplify(surface, share):
         Surface; less coarse than asked where the border alone takes more.
     """
     wanted = max(int(len(surface.faces) * share), FEWEST.get(surface.name, 0))
-    if wanted >= len(surface.faces) or wanted < 4:
+    if wanted >= len(surface.faces) or wanted < 4 or surface.name in CARDS:
         return surface
     places = surface.vertices.astype(np.float64)
     vertices = _magnified(surface) if share < COARSE else places
@@ -154,48 +168,3 @@ def _nearest(points, stands_for, vertices, faces):
     order = np.lexsort([pairs[:, 1], distance, pairs[:, 0]])
     first = order[np.unique(pairs[order, 0], return_index=True)[1]]
     return pairs[first, 1], weights[first]
-
-
-def closest_barycentric(points, triangles):
-    """The closest point of each triangle, as barycentric coordinates.
-
-    Args:
-        points: [N, 3].
-        triangles: [N, 3, 3] corners.
-
-    Returns:
-        [N, 3], not negative, sum 1.
-
-    References:
-        Ericson, "Real-Time Collision Detection", sec. 5.1.5: the plane's point where it lies
-        inside, else the closest point of the three edges.
-    """
-    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
-    best = np.full(len(points), np.inf)
-    out = np.zeros((len(points), 3))
-    for start, end in ((0, 1), (1, 2), (2, 0)):
-        edge = triangles[:, end] - triangles[:, start]
-        length = np.maximum((edge**2).sum(1), 1e-20)
-        along = np.clip(((points - triangles[:, start]) * edge).sum(1) / length, 0, 1)
-        off = ((triangles[:, start] + along[:, None] * edge - points) ** 2).sum(1)
-        nearer = off < best
-        best[nearer] = off[nearer]
-        out[nearer] = 0
-        out[nearer, start] = 1 - along[nearer]
-        out[nearer, end] = along[nearer]
-    normal = np.cross(b - a, c - a)
-    area = np.maximum((normal**2).sum(1), 1e-20)
-    plane = (
-        np.stack(
-            [
-                (np.cross(c - b, points - b) * normal).sum(1),
-                (np.cross(a - c, points - c) * normal).sum(1),
-                (np.cross(b - a, points - a) * normal).sum(1),
-            ],
-            1,
-        )
-        / area[:, None]
-    )
-    inside = (plane >= 0).all(1) & ((normal**2).sum(1) > 1e-20)
-    out[inside] = plane[inside] / plane[inside].sum(1, keepdims=True)
-    return out

@@ -23,6 +23,7 @@ from bakery.stages.texture_eyes import eye_maps, paint_eyes
 from bakery.stages.texture_gaze import gaze_textures
 from bakery.stages.texture_hair import Cover, hair_layer
 from bakery.stages.texture_interior import paint_interior
+from bakery.stages.texture_lashes import lay_lashes
 from bakery.stages.texture_lids import lid_skin
 from bakery.stages.texture_mouth import mouth_textures
 from bakery.types import Textures
@@ -101,6 +102,7 @@ def prepare(photo, landmarks, fit, neutral, head, cover, resolution):
     texture = atlas.fill_gutter(texture.reshape(resolution, resolution, 3))
     lids = lid_skin(head, neutral, texture, atlas)
     turn = rotation.matrix(fit.camera.rotation)
+    hair = atlas.fill_gutter(hair_layer(image, cover, head, on_skin, sight))
     return Prepared(
         Subject(
             head,
@@ -114,7 +116,7 @@ def prepare(photo, landmarks, fit, neutral, head, cover, resolution):
         ),
         source.reshape(resolution, resolution),
         skin.facing,
-        atlas.fill_gutter(hair_layer(image, cover, head, on_skin, sight)),
+        lay_lashes(hair, texture, head, white),
     )
 
 

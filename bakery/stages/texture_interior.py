@@ -37,7 +37,7 @@ def paint_interior(head, neutral, atlas, sclera, skin_tone):
 
     Args:
         sclera: [3] linear, the white of the eye as photographed: it measures the light.
-        skin_tone: [3] linear, for the sides of lashes.
+        skin_tone: [3] linear.
 
     Returns:
         rows [n] of the atlas and colours [n, 3] linear.
@@ -51,7 +51,6 @@ def paint_interior(head, neutral, atlas, sclera, skin_tone):
         "tongue": TONGUE,
         "mouth_cavity": LINING,
         "eye_socket": SOCKET,
-        "tear": SOCKET,
     }
     points = atlas.at(neutral)
     rows, colors = [], []
@@ -66,7 +65,4 @@ def paint_interior(head, neutral, atlas, sclera, skin_tone):
             mottle *= 0.35
         rows.append(mine)
         colors.append(light * reflectance * np.exp(mottle)[:, None])
-    lashes = np.flatnonzero(atlas.rows("lashes"))
-    rows.append(lashes)
-    colors.append(np.tile(0.06 * skin_tone, (len(lashes), 1)))
     return np.concatenate(rows), np.concatenate(colors).astype(np.float32)

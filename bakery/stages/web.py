@@ -3,19 +3,20 @@
 import numpy as np
 
 from bakery.formats.record import camera_to_table, numbers
-from bakery.heads.base import CARRIERS, GAZE_PITCH, GAZE_YAW, gaze_of
+from bakery.heads.base import CARDS, CARRIERS, GAZE_PITCH, GAZE_YAW, gaze_of
 from bakery.heads.eyes import CAP_ANGLE
 from bakery.stages.condition import face_camera
 from bakery.stages.lod import cut_surface, shape_displacements, simplify
 from bakery.stages.texture_mouth import mouth_landmarks
 from bakery.types import EXPRESSIONS
 
-PIECES = {  # name of the material -> parts; the carriers, then what lies behind the lips
+PIECES = {  # name of the material -> parts; the carriers, then what lies behind the lips, then cards
     "skin": ("skin",),
     **{name: (name,) for name in CARRIERS},
     "inside": ("mouth_cavity",),
     "teeth": ("teeth_upper", "teeth_lower", "gums_upper", "gums_lower"),
     "tongue": ("tongue",),
+    **{name: (name,) for name in CARDS[::-1]},  # the tear line, then the lashes before it
 }
 FRAME = (512, 0.6)  # pixels of the front view's side, and the share of it that the face takes
 

@@ -9,6 +9,7 @@ import pytest
 def noise_avatar(head):
     """runtime.avatar.Avatar on the built-in head, 128 texels on a side, with a photo."""
     from bakery.geometry import camera as cameras
+    from bakery.heads.lashes import with_lashes
     from bakery.runtime.avatar import Avatar
     from bakery.stages.texture_mouth import mouth_landmarks, talking
     from bakery.types import EXPRESSIONS, Camera, Fit, Textures
@@ -22,7 +23,7 @@ def noise_avatar(head):
         low, high = np.min(planes), np.max(planes)
         return ((np.stack(planes, -1) - low) / (high - low)).reshape(shape)
 
-    neutral = head.mean.copy()
+    head, neutral = with_lashes(head, head.mean)
     poses = np.stack([talking(rng) for _ in range(mouths)]).astype(np.float32)
     lips = [mouth_landmarks(head, neutral, head.vertices(neutral, pose)) for pose in poses]
     keys = (rng.random((6, 52)) * (rng.random((6, 52)) < 0.2)).astype(np.float32)

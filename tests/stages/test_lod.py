@@ -9,8 +9,11 @@ import pytest
 
 from bakery.formats.glb import Surface, write_glb
 from bakery.formats.image import encode_image
+from bakery.geometry.mesh import closest_barycentric
 from bakery.geometry.raster import rasterize
-from bakery.stages.lod import SHARES, closest_barycentric, head_surfaces, simplify
+from bakery.heads.lashes import with_lashes
+from bakery.stages.bundle import levels_of_detail
+from bakery.stages.lod import SHARES, head_surfaces, simplify
 from bakery.types import EXPRESSIONS
 
 VALIDATOR = Path(__file__).resolve().parents[2] / "node_modules" / "gltf-validator"
@@ -74,17 +77,20 @@ def test_glb_is_valid_and_named(tmp_path):
     surface = dome()
     texture = encode_image(np.full((16, 16, 3), 0.5), ".jpg")
     path = tmp_path / "head.glb"
-    sheet = Surface(**{**dome(8).__dict__, "name": "mouth_sheet"})
-    write_glb(
-        path, [[surface], [simplify(surface, 0.2)]], [sheet], EXPRESSIONS, texture, "bakery test"
+    cards = encode_image(np.full((4, 8, 4), 0.5), ".png")
+    sheet, tear, lashes = (
+        Surface(**{**dome(8).__dict__, "name": name}) for name in ("mouth_sheet", "tear", "lashes")
     )
+    levels = [[surface, tear, lashes], [simplify(surface, 0.2)]]
+    write_glb(path, levels, [sheet], EXPRESSIONS, texture, cards, "bakery test")
     document = pygltflib.GLTF2().load(str(path))
     assert document.meshes[0].extras["targetNames"] == list(EXPRESSIONS)
     assert all(len(p.targets) == 52 for mesh in document.meshes for p in mesh.primitives)
+    clear = {one.name: one for one in document.materials if one.alphaMode == "BLEND"}
+    assert set(clear) == {"tear", "lashes"} and all(one.doubleSided for one in clear.values())
+    assert all(one.pbrMetallicRoughness.baseColorTexture.index == 1 for one in clear.values())
     first = path.read_bytes()
-    write_glb(
-        path, [[surface], [simplify(surface, 0.2)]], [sheet], EXPRESSIONS, texture, "bakery test"
-    )
+    write_glb(path, levels, [sheet], EXPRESSIONS, texture, cards, "bakery test")
     assert path.read_bytes() == first
     assert issues_of(path)["numErrors"] == 0
 
@@ -112,3 +118,14 @@ def test_the_coarsest_head_opens_and_shuts_its_eyes(head):
     # Straight edges in place of curved lids: a fifth more or less of the eye.
     assert eyeball_pixels(coarse, rest) == pytest.approx(fine, rel=0.2)
     assert eyeball_pixels(coarse, shut) < 0.01 * fine
+
+
+def test_cards_stay_whole_and_are_left_out_at_last(head):
+    """Alpha lies at the borders of a card, which a simplification may not move."""
+    levels, _ = levels_of_detail(*with_lashes(head, head.mean))
+    sizes = [{piece.name: len(piece.faces) for piece in level} for level in levels]
+    assert sizes[0]["lashes"] == sizes[1]["lashes"] == sizes[2]["lashes"] > 200
+    assert "lashes" not in sizes[-1] and "tear" not in sizes[-1]
+    cards = [piece for piece in levels[0] if piece.name in ("lashes", "tear")]
+    uv = np.concatenate([piece.uv for piece in cards])  # in the picture of their own
+    np.testing.assert_allclose([uv.min(0), uv.max(0)], [[0, 0], [1, 1]], atol=1e-5)

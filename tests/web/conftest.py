@@ -15,6 +15,7 @@ import pytest
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_linear
 from bakery.heads.base import weights
+from bakery.heads.lashes import with_lashes
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.web import WebOptions, web_files
 from bakery.stages.atlas import make_atlas
@@ -72,6 +73,7 @@ def smooth(rng, size, blur, channels=3):
 def made_up(head):
     """An avatar of random textures: harder to match than a baked one, and no bake moves it."""
     rng = np.random.default_rng(3)
+    head, _ = with_lashes(head, head.mean)
     zero = np.zeros(len(EXPRESSIONS), np.float32)
     camera = Camera(
         1500.0, np.array([200.0, 240.0]), np.array([0.05, -0.04, 0.02]),

@@ -8,6 +8,7 @@ import pytest
 from bakery.formats import meshopt
 from bakery.formats.web_glb import web_glb
 from bakery.heads.base import weights
+from bakery.heads.lashes import with_lashes
 from bakery.stages.lod import shape_displacements
 from bakery.stages.web import PIECES, surfaces
 from bakery.types import EXPRESSIONS
@@ -15,7 +16,7 @@ from bakery.types import EXPRESSIONS
 
 @pytest.fixture(scope="module")
 def pieces(head):
-    return surfaces(head, head.mean)
+    return surfaces(*with_lashes(head, head.mean))
 
 
 def test_web_head_in_three(head, pieces, node, tmp_path):
@@ -26,7 +27,7 @@ def test_web_head_in_three(head, pieces, node, tmp_path):
     seen = json.loads(node(__file__.replace("test_three.py", "three.mjs"), tmp_path / "head.glb",
                            tmp_path / "weights.json", tmp_path))  # fmt: skip
     assert seen["names"] == list(EXPRESSIONS)
-    assert seen["materials"] == list(PIECES)
+    assert seen["materials"] == list(PIECES) and seen["clear"] == ["tear", "lashes"]
     found = np.fromfile(tmp_path / "skin.f32", np.float32).reshape(-1, 3) * 1000
     skin = pieces[0]
     wanted = skin.vertices + np.tensordot(mix, skin.shapes, 1)

@@ -29,4 +29,6 @@ for (let k = 0; k < posed.length / 3; k++) {
 }
 writeFileSync(join(out, 'skin.f32'), new Uint8Array(posed.buffer));
 const names = Object.entries(skin.morphTargetDictionary).sort((a, b) => a[1] - b[1]).map(([name]) => name);
-console.log(JSON.stringify({ names, materials: meshes.map((one) => one.material.name) }));
+const materials = meshes.map((one) => one.material);
+const clear = materials.filter((one) => one.transparent).map((one) => one.name);
+console.log(JSON.stringify({ names, materials: materials.map((one) => one.name), clear }));

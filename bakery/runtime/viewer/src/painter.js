@@ -1,6 +1,6 @@
 /** Draws frames of an avatar: the passes before the picture, and the picture. */
 
-import { projectionMatrix, viewMatrix } from './camera.js';
+import { projectionMatrix, rotationMatrix, viewMatrix } from './camera.js';
 import { Flow } from './flow.js';
 import { Program, emptyTexture } from './gl.js';
 import { nearestGaze } from './mouth.js';
@@ -9,6 +9,11 @@ import { Textures, makeTargets } from './textures.js';
 
 const LAYERS = ['color', 'mask', 'coverage', 'uv'];
 const FADE = 74; // mm over which the bust ends
+// As in `bakery/runtime/cards.py`: what shows of lashes where the photo's own do; degrees off its view,
+// and eyeBlink, between which the rest appears.
+const AS_PHOTOGRAPHED = 0.25;
+const TURNED = [8, 32];
+const SHUT = [0.2, 0.75];
 
 /** The programs; made early, so that they compile while pictures are decoded. */
 export function makePrograms(gl) {
@@ -32,6 +37,8 @@ export class Painter {
   #products = new Float32Array(4 * 104);
   #neighbours = new Float32Array(100);
   #moving = new Float32Array(104);
+  #toward; // the photo's view
+  #blinks;
 
   /**
    * @param {WebGL2RenderingContext} gl
@@ -55,6 +62,8 @@ export class Painter {
     this.targets = makeTargets(gl, this.#textures.side, this.#textures.maskSide, this.mouthCell);
     this.bottom = head.positions.reduce((low, value, k) => (k % 3 === 1 ? Math.min(low, value) : low), 0);
     this.lips = meanDepth(head, 'mouth_sheet');
+    this.#toward = rotationMatrix(about.photo_camera.rotation);
+    this.#blinks = ['Left', 'Right'].map((eye) => about.expressions.indexOf('eyeBlink' + eye));
     /** What the last frame cost. */
     this.stats = { drawCalls: 0, uniformBytes: 0, milliseconds: 0, medians: 0, compositions: 0 };
   }
@@ -139,6 +148,24 @@ export class Painter {
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, columns, rows, gl.RG, gl.FLOAT, field);
   }
 
+  /** How much of the lashes of the left and of the right eye shows. */
+  #cards(view, weights) {
+    const [here, photo] = [view.rotation, this.#toward].map((matrix) => matrix.slice(6));
+    const cosine = Math.min(here[0] * photo[0] + here[1] * photo[1] + here[2] * photo[2], 1);
+    const turned = smoothstep(TURNED, (Math.acos(cosine) * 180) / Math.PI);
+    return this.#blinks.map(
+      (shape) => AS_PHOTOGRAPHED + (1 - AS_PHOTOGRAPHED) * Math.max(turned, smoothstep(SHUT, weights[shape])),
+    );
+  }
+
+  #runs(runs) {
+    const gl = this.#gl;
+    for (const [first, size] of runs) {
+      gl.drawElements(gl.TRIANGLES, size, gl.UNSIGNED_SHORT, 2 * first);
+      this.stats.drawCalls++;
+    }
+  }
+
   #triangle(bytes) {
     this.#gl.drawArrays(this.#gl.TRIANGLES, 0, 3);
     this.stats.drawCalls++;
@@ -193,6 +220,7 @@ export class Painter {
       coverage: [gl.TEXTURE_2D, textures.coverage],
       photo: [gl.TEXTURE_2D, textures.photo],
       flow: [gl.TEXTURE_2D, flow],
+      hair: [gl.TEXTURE_2D, textures.hair],
       masks: [gl.TEXTURE_2D_ARRAY, textures.masks],
       shapes: [gl.TEXTURE_2D_ARRAY, textures.shapes],
     });
@@ -222,19 +250,31 @@ export class Painter {
     gl.uniform1i(head.at('soft'), Number(!exact));
     gl.uniform1f(head.at('scale'), -view.focal / view.translation[2]);
     gl.uniform3fv(head.at('light'), about.light.flat());
+    gl.uniform2fv(head.at('cards'), this.#cards(view, weights));
     gl.uniform1f(head.at('lips'), this.lips);
     gl.uniform2f(head.at('fade'), this.bottom + 2, this.bottom + FADE);
     gl.uniform4fv(head.at('frame'), frame);
     gl.uniform1f(head.at('tall'), view.height);
-    this.stats.uniformBytes += 128 + 8 * count + 48 + 24 + 24 + 108 + 8 + 28;
+    this.stats.uniformBytes += 128 + 8 * count + 48 + 24 + 24 + 108 + 8 + 28 + 8;
     gl.bindVertexArray(textures.array);
-    const runs = options.mouth === 'geometry' ? textures.runs.geometry : textures.runs.image;
-    for (const [first, size] of runs) {
-      gl.drawElements(gl.TRIANGLES, size, gl.UNSIGNED_SHORT, 2 * first);
-      this.stats.drawCalls++;
+    this.#runs(options.mouth === 'geometry' ? textures.runs.geometry : textures.runs.image);
+    if (options.layer === 'color') {
+      gl.disable(gl.CULL_FACE);
+      gl.enable(gl.BLEND);
+      gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+      gl.depthMask(false); // what is seen through hides nothing
+      this.#runs(textures.runs.cards);
+      gl.depthMask(true);
     }
     gl.bindVertexArray(null);
   }
+}
+
+/** @param {number[]} ends */
+function smoothstep(ends, x) {
+  const [low, high] = ends;
+  const t = Math.min(Math.max((x - low) / (high - low), 0), 1);
+  return t * t * (3 - 2 * t);
 }
 
 /** How far forward a piece of the head is at rest, mm. */

@@ -119,6 +119,8 @@ uniform mat4 view, projection;
 uniform isampler2DArray shapes;
 uniform int count;
 uniform vec2 moving[52]; // shape, millimetres of a step
+uniform vec2 cards; // how much of the left and of the right eye's lashes shows
+flat out float shows;
 out vec2 uv;
 out vec3 toward;
 out vec3 bent;
@@ -134,6 +136,7 @@ void main() {
   bent = normal.xyz;
   toward = mat3(view) * normal.xyz;
   place = position.yz;
+  shows = position.x < 0.0 ? cards.y : cards.x;
   gl_Position = projection * (view * vec4(p, 1.0));
 }`;
 
@@ -144,8 +147,9 @@ in vec2 uv;
 in vec3 toward;
 in vec3 bent;
 in vec2 place;
+flat in float shows;
 flat in uint part;
-uniform sampler2D face, mouth, gaze, coverage, photo, flow;
+uniform sampler2D face, mouth, gaze, coverage, photo, flow, hair;
 uniform sampler2DArray masks;
 uniform vec4 places[3]; // rectangles of eye_cap_left, eye_cap_right, mouth_sheet in the atlas
 uniform ivec2 eyeCell, eyeCorner;
@@ -189,6 +193,11 @@ vec3 heat(float x) {
   return clamp(vec3(1.9 * x, 2.4 * x - 0.7, 0.25 + 1.6 * x - 2.6 * x * x + 1.2 * x * x * x), 0.0, 1.0);
 }
 void main() {
+  if (part > 6u) { // lashes and tear line
+    vec4 card = texture(hair, uv);
+    color = vec4(toEncoded(card.rgb), card.a * shows);
+    return;
+  }
   vec3 c;
   float known = 1.0;
   if (part == 3u) {

@@ -2,7 +2,7 @@
 
 import { AvatarError, EXPRESSIONS, readPicture } from './data.js';
 import { Program, Target, emptyTexture } from './gl.js';
-import { PIECES } from './glb.js';
+import { CARDS, PIECES } from './glb.js';
 import { FULL, PACK } from './shaders.js';
 
 const SHAPE_COLUMNS = 256;
@@ -45,7 +45,7 @@ export class Textures {
     this.gaze = this.#plain(pictures.gaze, gl.RGBA8);
     this.coverage = this.#plain(pictures.coverage ?? blank(255), gl.RGBA8, true);
     this.hairy = Boolean(pictures.hair);
-    this.hair = this.#plain(pictures.hair ?? blank(0), gl.SRGB8_ALPHA8);
+    this.hair = this.#plain(pictures.hair ?? blank(0), gl.SRGB8_ALPHA8, true, this.hairy);
     this.photo = this.#plain(pictures.photo ?? blank(0), gl.SRGB8_ALPHA8, true, Boolean(pictures.photo));
     this.masks = this.#masks(pictures.masks, about.atlases.masks);
     this.#geometry(head);
@@ -139,9 +139,14 @@ export class Textures {
       gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, 0, e, SHAPE_COLUMNS, rows, 1, gl.RGBA_INTEGER, gl.SHORT, padded);
     }
     this.step = head.reach / 32767;
-    /** Runs of indices: the image-based head; and the one with teeth of its own. */
+    /** Runs of indices: the image-based head; the one with teeth of its own; lashes and tear line. */
     const runs = (names) => names.filter((name) => head.ranges[name]).map((name) => head.ranges[name]);
-    this.runs = { image: join(runs(PIECES.slice(0, 4))), geometry: join(runs(PIECES.filter((name) => name !== 'mouth_sheet'))) };
+    const solid = PIECES.filter((name) => !CARDS.includes(name));
+    this.runs = {
+      image: join(runs(solid.slice(0, 4))),
+      geometry: join(runs(solid.filter((name) => name !== 'mouth_sheet'))),
+      cards: this.hairy ? join(runs(CARDS)) : [],
+    };
   }
 }
 

@@ -1,0 +1,125 @@
+"""Inner loops of lashes and tear line: what `cards` says, sample by sample.
+
+Cards are laid together first, apart from the picture: what they add and what they let through, both
+in sRGB. So the picture is mixed with them once a sample, however many lie over each other.
+"""
+
+import numpy as np
+
+from bakery.runtime.kernels import jit
+
+CLEAR = np.float32(1e-3)  # alpha below is not drawn: a quarter of a byte's step
+
+
+@jit
+def encode(value):
+    """Scene-linear to sRGB, one number; see `geometry.color`."""
+    value = min(max(value, np.float32(0)), np.float32(1))
+    if value <= np.float32(0.0031308):
+        return value * np.float32(12.92)
+    return np.float32(1.055) * value ** np.float32(1 / 2.4) - np.float32(0.055)
+
+
+@jit
+def decode(value):
+    """sRGB to scene-linear, one number."""
+    if value <= np.float32(0.04045):
+        return value / np.float32(12.92)
+    return ((value + np.float32(0.055)) / np.float32(1.055)) ** np.float32(2.4)
+
+
+@jit
+def lay_cards(pixels, inverse, faces, corners, weights, texture, best, samples, box, out):
+    """Lay the cards together, in the order of their faces, where nothing is before them.
+
+    Args:
+        pixels: [V, 2] float64; inverse: [V] 1/depth, 0 behind the camera.
+        faces: [F, 3] int32; corners: [F, 3, 2] texels of `texture`, 0.5 the middle of the first.
+        weights: [F] float32: how much of each face shows.
+        texture: [h, w, 4] float32 linear, colour multiplied by alpha.
+        best: [H n, W n] float32: 1/depth of what is nearest, from `kernels.rasterize`.
+        box: (top, bottom, left, right) of the picture that the cards may cover.
+        out: [H n, W n, 4] float32, written inside the box: sRGB of the cards, multiplied by alpha,
+            and the share of what is behind that comes through.
+    """
+    for row in range(box[0] * samples, box[1] * samples):
+        for column in range(box[2] * samples, box[3] * samples):
+            out[row, column, 0] = out[row, column, 1] = out[row, column, 2] = 0
+            out[row, column, 3] = 1
+    height, width = texture.shape[:2]
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        wa, wb, wc = inverse[a], inverse[b], inverse[c]
+        if wa <= 0 or wb <= 0 or wc <= 0:
+            continue
+        ax, ay = pixels[a, 0], pixels[a, 1]
+        bx, by = pixels[b, 0], pixels[b, 1]
+        cx, cy = pixels[c, 0], pixels[c, 1]
+        area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+        if area == 0:
+            continue
+        left = max(box[2] * samples, int(np.ceil(min(ax, bx, cx) - 0.5)))
+        right = min(box[3] * samples - 1, int(np.floor(max(ax, bx, cx) - 0.5)))
+        top = max(box[0] * samples, int(np.ceil(min(ay, by, cy) - 0.5)))
+        bottom = min(box[1] * samples - 1, int(np.floor(max(ay, by, cy) - 0.5)))
+        for row in range(top, bottom + 1):
+            y = row + 0.5
+            for column in range(left, right + 1):
+                x = column + 0.5
+                la = ((bx - x) * (cy - y) - (cx - x) * (by - y)) / area
+                lb = ((cx - x) * (ay - y) - (ax - x) * (cy - y)) / area
+                lc = 1 - la - lb
+                if la < 0 or lb < 0 or lc < 0:
+                    continue
+                la, lb, lc = la * wa, lb * wb, lc * wc
+                near = la + lb + lc
+                if near <= best[row, column]:
+                    continue
+                u = (la * corners[f, 0, 0] + lb * corners[f, 1, 0] + lc * corners[f, 2, 0]) / near
+                v = (la * corners[f, 0, 1] + lb * corners[f, 1, 1] + lc * corners[f, 2, 1]) / near
+                u, v = u - 0.5, v - 0.5
+                i, j = int(np.floor(v)), int(np.floor(u))
+                s, t = np.float32(u - j), np.float32(v - i)
+                i0, i1 = min(max(i, 0), height - 1), min(max(i + 1, 0), height - 1)
+                j0, j1 = min(max(j, 0), width - 1), min(max(j + 1, 0), width - 1)
+                p, q = (1 - s) * (1 - t), s * (1 - t)
+                r, e = (1 - s) * t, s * t
+                share = (
+                    p * texture[i0, j0, 3] + q * texture[i0, j1, 3]
+                    + r * texture[i1, j0, 3] + e * texture[i1, j1, 3]
+                )  # fmt: skip
+                if share < CLEAR:
+                    continue
+                whole, share = share, min(share, np.float32(1)) * weights[f]
+                for k in range(3):
+                    own = (
+                        p * texture[i0, j0, k] + q * texture[i0, j1, k]
+                        + r * texture[i1, j0, k] + e * texture[i1, j1, k]
+                    )  # fmt: skip
+                    out[row, column, k] = out[row, column, k] * (1 - share) + share * encode(
+                        own / whole
+                    )
+                out[row, column, 3] *= 1 - share
+
+
+@jit
+def under(card, red, green, blue):
+    """A solid sample's colour, linear, as it is seen through cards [4]."""
+    clear = card[3]
+    return (
+        decode(encode(red) * clear + card[0]),
+        decode(encode(green) * clear + card[1]),
+        decode(encode(blue) * clear + card[2]),
+    )
+
+
+@jit
+def alone(card):
+    """Cards [4] with nothing behind: colour multiplied by alpha, and alpha."""
+    share = 1 - card[3]
+    return (
+        decode(card[0] / share) * share,
+        decode(card[1] / share) * share,
+        decode(card[2] / share) * share,
+        share,
+    )
