@@ -7,8 +7,10 @@ import numpy as np
 from bakery.evaluate.metrics import mse, psnr, ssim
 from bakery.generators.interior import FRAME_SCALE, interior_shade
 from bakery.generators.pagan import NOMINAL
+from bakery.generators.strain import strain_plane
 from bakery.generators.unet import input_layers
 from bakery.geometry.color import to_encoded, to_linear
+from bakery.heads.file import load_head
 from bakery.parallel import side_by_side
 from bakery.synth.pairs import iterate
 
@@ -27,8 +29,8 @@ def measure(folder, networks, most=None):
         paGAN, table 1.
     """
     found, subjects = {}, set()
-    pairs = islice(iterate(folder), most)
-    for subject, scores in side_by_side(lambda pair: _scores(pair, networks), pairs):
+    pairs, head = islice(iterate(folder), most), load_head()
+    for subject, scores in side_by_side(lambda pair: _scores(pair, networks, head), pairs):
         subjects.add(subject)
         for name, score in scores.items():
             found.setdefault(name, []).append(score)
@@ -39,20 +41,21 @@ def measure(folder, networks, most=None):
     return means | {"pairs": len(found["deformed"]), "subjects": len(subjects)}
 
 
-def _scores(pair, networks):
+def _scores(pair, networks, head):
     """The subject of a pair, and {name: figures} of its target in every way."""
     face = pair.face[..., None] / np.float32(255)
     truth = pair.target / np.float32(255) * face
-    ways = _pictures(pair, networks)
+    ways = _pictures(pair, networks, head)
     return pair.subject, {name: _score(picture * face, truth) for name, picture in ways}
 
 
-def _pictures(pair, networks):
+def _pictures(pair, networks, head):
     """(name, picture [S, S, 3] sRGB-encoded) of a pair's target in every way."""
     yield "deformed", pair.deformed / np.float32(255)
     side = pair.part.shape[0]
     shade = interior_shade(pair, FRAME_SCALE * side)
-    layers = input_layers(pair, pair.photo, shade)
+    strain = strain_plane(head, pair.expression, pair.landmarks, (side, side))
+    layers = input_layers(pair, pair.photo, shade, strain)
     base = to_linear(layers["deformed"] / np.float32(255))
     for name, network in networks.items():
         change = network.paint_scaled(layers, FRAME_SCALE * side / NOMINAL)

@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 
 from bakery.geometry.color import LUMA
+from bakery.geometry.delaunay import delaunay
 from bakery.geometry.fill import diffuse
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear, interpolate
@@ -71,18 +72,7 @@ def piecewise_affine(image, source, target):
     drawn to whole pixels reaches a little beyond them.
     """
     height, width = image.shape[:2]
-    low, high = target.min(0) - 2, target.max(0) + 2
-    delaunay = cv2.Subdiv2D((*low.tolist(), *(high - low).tolist()))
-    number = {}
-    for index, point in enumerate(np.asarray(target, np.float32)):
-        delaunay.insert((float(point[0]), float(point[1])))
-        number.setdefault((float(point[0]), float(point[1])), index)
-    faces = [
-        [number[(float(t[k]), float(t[k + 1]))] for k in (0, 2, 4)]
-        for t in delaunay.getTriangleList()
-        if all((float(t[k]), float(t[k + 1])) in number for k in (0, 2, 4))
-    ]
-    faces = np.array(faces, np.int32)
+    faces = delaunay(target)
     found = rasterize(np.asarray(target, float), None, faces, (height, width))
     where = interpolate(found, np.asarray(source, np.float32)[faces])
     inside = (found.face >= 0).astype(np.float32)

@@ -18,6 +18,7 @@ import cv2
 import numpy as np
 import torch
 from torch import distributed, nn
+from torch.nn import functional
 from torch.utils.data import DataLoader, Subset
 
 from bakery.detectors.blocks import unfold
@@ -153,6 +154,23 @@ def _join():
     return int(os.environ.get("RANK", 0)), world
 
 
+def widened(network, options):
+    """The tensors of a folded network for more inputs, to which it is blind as yet.
+
+    Raises:
+        InputError: its inputs are not the first of those wanted.
+    """
+    known = network.options.inputs
+    if options.inputs[: len(known)] != known:
+        raise InputError(
+            f"begin: those weights look at {', '.join(known)}; network.inputs must begin with them"
+        )
+    state = network.state_dict()
+    more = 4 * sum(INPUTS[name] for name in options.inputs[len(known) :])
+    stem = state["stem.conv.weight"]
+    return state | {"stem.conv.weight": functional.pad(stem, (0, 0, 0, 0, 0, more))}
+
+
 def rate_at(step, options):
     """Learning rate at a step: warm-up, plateau, linear fall to zero."""
     start = options.decay_from * options.steps
@@ -175,8 +193,8 @@ class _State:
 
         self.network, self.averaged = (place(UNet(options.network)) for _ in range(2))
         if options.begin:
-            begun = generator.load(options.begin).network.state_dict()
-            self.network.load_state_dict(unfold(self.network, begun))
+            begun = generator.load(options.begin).network
+            self.network.load_state_dict(unfold(self.network, widened(begun, options.network)))
         self.averaged.load_state_dict(self.network.state_dict())
         inputs = sum(INPUTS[name] for name in options.network.inputs)
         self.judge = place(losses.PatchDiscriminator(inputs, options.judge_channels))

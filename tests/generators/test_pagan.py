@@ -15,6 +15,7 @@ from bakery.errors import ModelError
 from bakery.generators import pagan
 from bakery.generators.interior import FRAME_SCALE, interior_shade
 from bakery.generators.planes import planes
+from bakery.generators.strain import strain_plane
 from bakery.generators.unet import (
     INPUTS,
     NetworkOptions,
@@ -25,6 +26,7 @@ from bakery.generators.unet import (
     to_encoded,
     to_linear,
 )
+from bakery.geometry import camera as cameras
 from bakery.geometry import color as colors
 from bakery.heads.base import PARTS
 from bakery.heads.file import load_head
@@ -184,7 +186,9 @@ def test_the_networks_share_is_the_training_picture(target):
     made = generator.generate(subject, conditions, interior_only=True)
     layers = planes(head, conditions)
     shade = interior_shade(layers, FRAME_SCALE * 512)
-    stack = input_layers(layers, pagan.aligned_photo(subject, conditions), shade)
+    pixels = cameras.project(head.landmarks(conditions.vertices), conditions.camera)
+    strain = strain_plane(head, conditions.expression, pixels, layers.part.shape)
+    stack = input_layers(layers, pagan.aligned_photo(subject, conditions), shade, strain)
     batch = {k: torch.from_numpy(v.transpose(2, 0, 1)[None].copy()) for k, v in stack.items()}
     with torch.no_grad():
         change = interpret(folded(network_input(batch)), batch["deformed"].float() / 255)

@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 from bakery.errors import InputError, ModelError
 from bakery.evaluate.metrics import ssim
 from bakery.generators import pagan as inference
-from bakery.generators.unet import Change, NetworkOptions
+from bakery.generators.unet import Change, NetworkOptions, UNet
 from bakery.heads.base import PARTS
 from bakery.synth.pairs import PaintedPair, write_shard
 from bakery.train import pagan, pagan_data, pagan_losses
@@ -229,6 +229,22 @@ def test_a_run_begins_where_another_ended(shards, tmp_path):
     )
     for name, value in one.items():
         assert_allclose(two[name], value, atol=1e-4)  # half precision, and a step of 1e-9
+
+
+def test_a_run_may_look_at_more_than_the_weights_it_begins_with(shards, tmp_path):
+    few = NetworkOptions(channels=(8, 8), inputs=("photo", "normals"))
+    list(pagan.train(tmp_path / "one", [shards], options(steps=20, rate=1e-2, network=few)))
+    export([tmp_path / "one"], tmp_path / "w.safetensors")
+    small = inference.load(tmp_path / "w.safetensors").network
+    wide = NetworkOptions(channels=(8, 8), inputs=("photo", "normals", "strain"))
+    large = UNet(wide, folded=True)
+    large.load_state_dict(pagan.widened(small, wide))
+    x = torch.rand(1, 8, 16, 16)
+    assert_allclose(large(x).detach(), small(x[:, :6]).detach(), atol=1e-6)  # blind to it as yet
+    other = NetworkOptions(channels=(8, 8), inputs=("normals", "photo"))
+    with pytest.raises(InputError, match="must begin with"):
+        begin = str(tmp_path / "w.safetensors")
+        list(pagan.train(tmp_path / "two", [shards], options(network=other, begin=begin)))
 
 
 def test_a_stopped_run_goes_on_with_the_same_curve(shards, tmp_path):

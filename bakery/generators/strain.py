@@ -1,0 +1,86 @@
+"""How an expression stretches and presses the skin, as a plane for the network.
+
+Skin that loses length folds across that direction; where it does is the strongest hint at the lines of
+an expression, and normals and the deformed texture say it only between the lines. The strain is that
+of the mean head at the landmarks and is drawn over their triangles, so that pairs need to keep no
+more than landmarks and weights.
+"""
+
+import cv2
+import numpy as np
+
+from bakery.geometry.delaunay import delaunay
+from bakery.geometry.raster import rasterize
+from bakery.geometry.sample import interpolate
+from bakery.landmarks import EYES, FACE, LIPS_INNER
+
+CHANNELS = 2  # across the face and along it
+FULL = 0.4  # log of the stretch that a byte reaches
+SMOOTH = 0.008  # of the picture's side: no corner of a triangle shows
+
+
+def strain_plane(head, expression, pixels, shape):
+    """Log stretch of the skin across and along the face: [H, W, 2] uint8, 128 where there is none.
+
+    Args:
+        head: HeadModel.
+        expression: [E] weights.
+        pixels: [>= 468, 2] where the landmarks lie in the picture.
+        shape: (height, width) of the picture.
+    """
+    model = _model(head)
+    values = model.at_landmarks(np.asarray(expression, np.float32))
+    where = np.asarray(pixels, float)[:FACE]
+    found = rasterize(where, None, model.faces, shape, cull=True)
+    inside = (found.face >= 0)[..., None]
+    drawn = np.where(inside, interpolate(found, values[model.faces]), 0).astype(np.float32)
+    drawn = cv2.GaussianBlur(drawn, (0, 0), SMOOTH * max(np.ptp(where, axis=0).max(), 1.0))
+    return np.round(128 + 127 * np.clip(drawn / FULL, -1, 1)).astype(np.uint8)
+
+
+class _Strain:
+    """The landmarks' triangles of one head, and how its shapes move their corners."""
+
+    def __init__(self, head):
+        corners, weight = head.landmark_vertices[:FACE], head.landmark_barycentric[:FACE]
+        self.rest = head.landmarks(head.mean)[:FACE].astype(np.float32)
+        self.moves = np.einsum("elkc,lk->elc", head.expression_basis[:, corners], weight)
+        faces = delaunay(self.rest[:, :2])
+        openings = [np.isin(faces, ring).all(1) for ring in (LIPS_INNER, *EYES)]
+        faces = faces[~np.any(openings, 0)]
+        a, b, c = self.rest[faces].transpose(1, 0, 2)
+        turned = np.cross(b - a, c - a)[:, 2] < 0  # seen from the front a face turns one way
+        self.faces = np.where(turned[:, None], faces[:, ::-1], faces)
+        a, b, c = self.rest[self.faces].transpose(1, 0, 2)
+        first, second = b - a, c - a
+        normal = np.cross(first, second)
+        self.area = np.linalg.norm(normal, axis=1)
+        normal /= np.maximum(self.area, 1e-6)[:, None]
+        # The face's own axes in each triangle's plane, and their coordinates in its edges.
+        axes = np.eye(3, dtype=np.float32)[:CHANNELS, None] - normal.T[:CHANNELS, :, None] * normal
+        axes /= np.maximum(np.linalg.norm(axes, axis=-1, keepdims=True), 1e-6)
+        gram = np.einsum("fid,fjd->fij", *[np.stack([first, second], 1)] * 2)
+        gram += 1e-4 * np.eye(2)
+        right = np.einsum("afd,fid->afi", axes, np.stack([first, second], 1))
+        self.coordinates = np.linalg.solve(gram[None], right[..., None])[..., 0]  # [2, F, 2]
+
+    def at_landmarks(self, expression):
+        """Log stretch [468, 2] across and along the face."""
+        moved = self.rest + np.tensordot(expression, self.moves, 1)
+        a, b, c = moved[self.faces].transpose(1, 0, 2)
+        edges = np.stack([b - a, c - a], 1)
+        length = np.linalg.norm(np.einsum("afi,fid->afd", self.coordinates, edges), axis=-1)
+        values = np.log(np.maximum(length, 0.05)).T * self.area[:, None]
+        total, mass = np.zeros((FACE, CHANNELS)), np.zeros(FACE)
+        for k in range(3):
+            np.add.at(total, self.faces[:, k], values)
+            np.add.at(mass, self.faces[:, k], self.area)
+        return (total / np.maximum(mass, 1e-6)[:, None]).astype(np.float32)
+
+
+def _model(head):
+    """The _Strain of a head, built once and kept on it."""
+    kept = head.__dict__.get("_strain")
+    if kept is None:
+        kept = head.__dict__["_strain"] = _Strain(head)
+    return kept
