@@ -158,6 +158,7 @@ def _joined(head, neutral, strips, box):
         follow=np.concatenate([head.follow, follow]),
         identity_basis=np.zeros((0, *neutral.shape), np.float32),
         expression_basis=np.concatenate(basis, 1).astype(np.float32),
+        uv_rectangles={**head.uv_rectangles, RECTANGLE: list(box)},
     ), neutral
 
 

@@ -14,6 +14,7 @@ FINE = 6  # times finer than the atlas that strands are drawn
 LONG = 30.0  # mm, about the length of a rim: what a card's picture is wide
 # Lashes of a lid: how many, how many grow toward one tip, mm at the root, alpha.
 STRANDS = {"upper": (84, 3, 0.17, 0.9), "lower": (46, 2, 0.13, 0.65)}
+APART, LEAST = 2.4, 0.8  # texels between lashes, and of their width: fewer and thicker where coarse
 SWAY = {"upper": 0.03, "lower": 0.016}  # share of the card that tips stray along it
 DARK = 0.35  # of the brow's darkest hair, which the photo mixes with skin
 LIMITS = (0.03, 0.2)  # luminance of lashes over the skin's: never black, never pale
@@ -22,7 +23,7 @@ LIMITS = (0.03, 0.2)  # luminance of lashes over the skin's: never black, never 
 RIM = (0.15, 0.65)
 WEAKEST = 0.6
 WET = np.array([1.0, 0.98, 0.95], np.float32)
-GLEAM, CONTACT = 0.45, 0.35  # alpha of the highlight on the fluid and of the dark line beside it
+GLEAM, CONTACT = 0.42, 0.22  # alpha of the highlight on the fluid and of the dark line beside it
 
 
 def lash_color(texture, head):
@@ -91,6 +92,7 @@ def lay_lashes(layer, texture, head, white):
 def _strands(rng, name, width, height):
     """Alpha [height, width] of the lashes of one lid; roots on the top."""
     count, cluster, thick, most = STRANDS[name]
+    count, thick = min(count, int(width / APART)), max(thick, LEAST * LONG / width)
     wide, high = width * FINE, height * FINE
     picture = np.zeros((high, wide), np.float32)
     roots = (np.arange(count) + rng.uniform(-0.35, 0.35, count) + 0.5) / count
@@ -133,7 +135,7 @@ def _fluid(rng, width, height, white):
     uneven = np.interp(across, np.linspace(0, 1, len(knots)), knots)
     ends = np.clip(np.minimum(across / 0.12, (1 - across) / 0.03), 0, 1)
     gleam = GLEAM * np.exp(-(((down - 0.4) / 0.13) ** 2)) * uneven * ends
-    dark = CONTACT * np.exp(-(((down - 0.72) / 0.2) ** 2)) * ends * (1 - down**8)
+    dark = CONTACT * np.exp(-(((down - 0.6) / 0.17) ** 2)) * ends
     gleam, dark = np.float32(gleam), np.float32(dark * (1 - gleam))
     light = np.clip(1.5 * white, 0, 1) * WET
     shade = 0.35 * np.asarray(white) * [1.0, 0.72, 0.66]

@@ -1,5 +1,7 @@
 """Lashes and tear lines go with the lids of every person, outside of the eye."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -106,6 +108,18 @@ def test_cards_have_their_own_place_in_the_atlas(head):
     )
     rows, columns = card_texels(own, 1024)
     assert (columns.stop - columns.start, rows.stop - rows.start) == (209, 88)
+
+
+def test_a_head_that_names_no_place_gives_its_own_lashes_place(head):
+    """As one that was imported before cards were made."""
+    old = replace(head, uv_rectangles={})
+    box = card_rectangle(old)
+    uv = old.uv[old.uv_faces[old.part_faces("lashes")]].reshape(-1, 2)
+    np.testing.assert_allclose([box[0] + box[2], box[1] + box[3]], uv.max(0), atol=1e-6)
+    own, _ = with_lashes(old, old.mean)
+    assert card_rectangle(own) == box, "and says so from now on"
+    uv = own.uv[own.uv_faces[own.part_faces("lashes", "tear")]].reshape(-1, 2)
+    np.testing.assert_allclose([*uv.min(0), *np.ptp(uv, axis=0)], box, atol=1e-6)
 
 
 def test_a_head_without_a_place_for_cards_comes_back(tiny):
