@@ -174,7 +174,7 @@ vec3 heat(float x) {
 }
 void main() {
   if (part > 6u) { // lashes and tear line
-    vec4 card = texture(hair, uv);
+    vec4 card = soft ? texture(hair, uv) : textureLod(hair, uv, 0.0); // the reference has no mipmaps
     color = vec4(toEncoded(card.rgb), card.a * shows);
     return;
   }
