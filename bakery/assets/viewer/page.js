@@ -156,6 +156,21 @@ vec3 four(sampler2D map, ivec2 corner, ivec2 size, vec2 local) {
   vec3 bb = toLinear(texelFetch(map, corner + b, 0).rgb);
   return mix(mix(aa, ba, t.x), mix(ab, bb, t.x), t.y);
 }
+// As the reference reads it: no mipmaps, colour multiplied by alpha before it is mixed.
+vec4 exactCard(vec2 uv) {
+  ivec2 size = textureSize(hair, 0);
+  vec2 p = uv * vec2(size) - 0.5;
+  ivec2 low = ivec2(floor(p));
+  vec2 t = p - floor(p);
+  vec4 sum = vec4(0.0);
+  for (int k = 0; k < 4; k++) {
+    ivec2 step = ivec2(k & 1, k >> 1);
+    vec4 one = texelFetch(hair, clamp(low + step, ivec2(0), size - 1), 0);
+    vec2 share = mix(1.0 - t, t, vec2(step));
+    sum += share.x * share.y * vec4(one.rgb * one.a, one.a);
+  }
+  return vec4(sum.rgb / max(sum.a, 1e-6), sum.a);
+}
 float harmonics(vec3 n) {
   vec3 sum = 0.282095 * light[0] + 0.488603 * (n.y * light[1] + n.z * light[2] + n.x * light[3])
     + 1.092548 * (n.x * n.y * light[4] + n.y * n.z * light[5] + n.x * n.z * light[7])
@@ -174,7 +189,7 @@ vec3 heat(float x) {
 }
 void main() {
   if (part > 6u) { // lashes and tear line
-    vec4 card = soft ? texture(hair, uv) : textureLod(hair, uv, 0.0); // the reference has no mipmaps
+    vec4 card = soft ? texture(hair, uv) : exactCard(uv);
     color = vec4(toEncoded(card.rgb), card.a * shows);
     return;
   }
