@@ -1,5 +1,6 @@
 """Gaze textures: both eye caps for each of the gaze directions (paGAN section 6)."""
 
+import cv2
 import numpy as np
 
 from bakery.generators.eyes import look_up
@@ -14,6 +15,7 @@ from bakery.stages.condition import condition
 from bakery.types import EXPRESSIONS
 
 SCALE = 2.0  # pixels of the eye strip per pixel of the generator's 512 picture
+RIM = np.ones((5, 5), np.uint8)  # pixels of the strip on both sides of the rim
 MARGIN = 48  # pixels of context around the eyes at that scale
 
 
@@ -48,7 +50,8 @@ def gaze_texture(subject, generator, camera, caps, gaze):
         ball, glint = look_up(subject.eyes, which, direction, gaze)
         behind = cap.paint(ball)
         pixels = cameras.project(points, camera)
-        shown = is_part(seen.part, name).astype(np.float32)
+        # Pixels on the rim show the lid in part; on the cap they would be a thin dark line.
+        shown = cv2.erode(is_part(seen.part, name).astype(np.float32), RIM)
         weight = cap.paint(np.clip(bilinear(shown, pixels) * 2 - 1, 0, 1))
         sampled = cap.paint(bilinear(picture, pixels) - glint)
         light = np.log(np.maximum(sampled, 1e-3) / np.maximum(behind, 1e-3)).mean(-1, keepdims=True)
