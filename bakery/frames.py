@@ -13,6 +13,7 @@ from bakery.geometry.color import to_encoded
 from bakery.geometry.fill import smoothstep
 from bakery.heads.base import gaze_of, look
 from bakery.heads.file import load_head
+from bakery.heads.lashes import carried, own_vertices
 from bakery.landmarks import face_size
 from bakery.runtime.blend import face_texture
 from bakery.runtime.render import draw, over_gray, over_photo, portrait_at
@@ -124,14 +125,14 @@ def neutral_for(head, neutral, name, fit):
         theirs = steps.fitted_neutral(load_head(fit.head), fit)
     except ModelError:  # a head model that was given by its path, or is not installed here
         return neutral
-    if theirs.shape != neutral.shape:
+    if len(theirs) not in (len(neutral), own_vertices(head)):
         return neutral
     own, other = (head.landmarks(shape)[:468] for shape in (neutral, theirs))
     own, other = own - own.mean(0), other - other.mean(0)
     size = face_size(own)
     apart = np.sqrt(((own - other) ** 2).sum(1).mean()) / size
     share = smoothstep(*ALIKE, apart)
-    return neutral + np.float32(share) * (theirs - neutral)
+    return carried(neutral, np.float32(share) * (theirs - neutral[: len(theirs)]))
 
 
 def _camera(avatar, scene):

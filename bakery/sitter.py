@@ -13,6 +13,7 @@ from bakery.heads.base import PARTS
 from bakery.stages import texture
 from bakery.stages.condition import SIZE, condition, finer
 from bakery.stages.face_frame import cut, face_frame
+from bakery.stages.lids import close_lids
 from bakery.stages.segment import HAIR
 from bakery.stages.texture_hair import cover_of
 from bakery.types import Camera, Conditions, Fit
@@ -57,7 +58,8 @@ class Sitter:
         self.options, self.size, self.model = options or steps.BuildOptions(), size, head
         photo = photo or read_photo(path)
         fit, segmentation = steps.place_head(path, photo, landmarks, head, self.options)
-        self.head, neutral = steps.own_head(head, fit)
+        neutral = steps.fitted_neutral(head, fit)
+        self.head = close_lids(head, neutral)  # lashes are the player's, no generator draws them
         cover = cover_of(photo.encoded, segmentation, landmarks.points)
         resolution = self.options.texture.resolution
         prepared = texture.prepare(photo, landmarks, fit, neutral, self.head, cover, resolution)

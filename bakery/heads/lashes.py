@@ -83,6 +83,24 @@ def with_lashes(head, neutral):
     return _joined(head, neutral, strips, box)
 
 
+def own_vertices(head):
+    """How many vertices of a head with lashes are those of the head before them."""
+    cards = head.faces[head.part_faces(*CARDS)]
+    return int(cards.min()) if len(cards) else len(head.mean)
+
+
+def carried(neutral, moved):
+    """A neutral shape [V, 3] mm whose own vertices have moved: cards go with what is nearest.
+
+    Args:
+        neutral: [V, 3] mm, of `with_lashes`, or without cards.
+        moved: [n, 3] mm, displacement of the head's own vertices; V - n belong to cards.
+    """
+    own = neutral[: len(moved)]
+    nearest = [int(((own - point) ** 2).sum(1).argmin()) for point in neutral[len(moved) :]]
+    return neutral + np.concatenate([moved, moved[nearest]])
+
+
 def card_rectangle(head):
     """Where cards lie in the atlas: [left, top, width, height], or None.
 

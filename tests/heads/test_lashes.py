@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
+from bakery import frames
 from bakery.geometry.mesh import closest_barycentric
 from bakery.heads.base import FOLLOW, PARTS, look, weights
-from bakery.heads.lashes import card_rectangle, card_texels, with_lashes
+from bakery.heads.lashes import card_rectangle, card_texels, carried, own_vertices, with_lashes
 from bakery.stages.lids import close_lids
-from bakery.types import EXPRESSIONS
+from bakery.types import EXPRESSIONS, Camera, Fit
 
 LONGEST = 9.0  # mm from the skin: a lash and the depth of its root
 ROOTED = 0.6  # mm from the skin: roots stand 0.2 off it
@@ -125,3 +127,30 @@ def test_a_head_that_names_no_place_gives_its_own_lashes_place(head):
 def test_a_head_without_a_place_for_cards_comes_back(tiny):
     own, neutral = with_lashes(tiny, tiny.mean)
     assert own is tiny and neutral is tiny.mean
+
+
+def test_cards_go_with_a_shape_that_moves(head):
+    own, neutral = person(head, 0)
+    count = own_vertices(own)
+    assert count == len(head.mean) < len(neutral)
+    moved = np.zeros((count, 3), np.float32)
+    assert_array_equal(carried(neutral, moved), neutral)
+    assert_allclose(
+        carried(neutral, moved + [1, 2, 3]) - neutral, [[1, 2, 3]] * len(neutral), atol=1e-5
+    )
+    assert_array_equal(carried(head.mean, moved), head.mean)  # no cards, nothing to carry
+
+
+def test_another_photo_of_the_person_warps_a_head_with_lashes(head):
+    own, neutral = person(head, 0)
+    identity = np.random.default_rng(0).normal(size=len(head.identity_basis))
+    residual = np.zeros((468, 3))
+    residual[13] = [0, 1, 0]  # 1 mm at the upper lip
+    camera = Camera(900.0, np.zeros(2), np.zeros(3), np.array([0, 0, -700.0]), 64, 64)
+    fit = Fit(
+        head.name, camera, identity, np.zeros(52), np.zeros(2), np.zeros((9, 3)), np.zeros(1),
+        residual, np.zeros((478, 2)),
+    )  # fmt: skip
+    found = frames.neutral_for(own, neutral, head.name, fit)
+    lift = (own.landmarks(found) - own.landmarks(neutral))[13]
+    assert_allclose(lift, [0, 1, 0], atol=0.15)  # as far as the warp is smooth
