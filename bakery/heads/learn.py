@@ -17,6 +17,9 @@ from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 WIDE = 110  # sliders that people's identity is looked for in
 NOISE = 0.01  # outer-eye-corner distances; points of one face are wrong together
 DOUBT = 25.0  # how many people the sliders' own statistics count for
+PROFILE = 168.0  # degrees, glabella - subnasale - pogonion; the tip of the nose left out
+MIDLINE = 0.05  # mm from the plane of symmetry
+HELD = 20.0  # weight of the landmarks' mean square move as the front sees it, per mm2
 # Points that a smile leaves alone: forehead, bridge of the nose, temples, eye corners.
 STILL = np.array(
     [10, 338, 297, 332, 284, 251, 109, 67, 103, 54, 21, 151, 9, 8, 168, 6, 197, 33, 133, 263, 362]
@@ -115,6 +118,49 @@ def mean_identity(head, points, sizes):
         for face, size in zip(points, sizes)
     ]
     return np.mean(found, axis=0)
+
+
+def profile_vertices(head):
+    """Vertices of the mean head's midline: glabella, subnasale, pogonion.
+
+    The subnasale is where the profile between nose and lip lies deepest: the corner under the nose
+    is round and has no one height.
+    """
+    points = head.landmarks(head.mean)
+    skin = head.part_vertices("skin")
+    x, y, z = head.mean[skin].T
+    middle = (np.abs(x) < MIDLINE) & (z > 0)
+    skin, y, z = skin[middle], y[middle], z[middle]
+    brow, chin = (np.abs(y - points[k, 1]).argmin() for k in (9, 199))
+    line = np.interp(y, [y[chin], y[brow]], [z[chin], z[brow]])
+    between = (y < points[164, 1]) & (y > points[0, 1])
+    nose = np.where(between, z - line, np.inf).argmin()
+    return skin[[brow, nose, chin]]
+
+
+def profile_shift(head):
+    """Identity [I] that gives the mean head a mean profile, which photos from the front do not show.
+
+    The smallest move, in standard deviations of the modes, that makes the angle of glabella,
+    subnasale and pogonion PROFILE degrees while the landmarks stay where the front sees them.
+
+    References:
+        Legan and Burstone, "Soft tissue cephalometric analysis for orthognathic surgery", Journal
+        of Oral Surgery 38, 1980: facial convexity of adults 12 +- 4 degrees, 180 less the angle.
+    """
+    chosen = profile_vertices(head)
+    (brow, brow_z), (nose, nose_z), (chin, chin_z) = head.mean[chosen, 1:].astype(float)
+    share = (brow - nose) / (brow - chin)
+    basis = head.identity_basis.astype(float)
+    # How far the subnasale stands before the line from glabella to pogonion, now and by mode.
+    depth = nose_z - (1 - share) * brow_z - share * chin_z
+    modes = basis[:, chosen, 2] @ [share - 1, 1, -share]
+    # Both legs are steep: the angle lacks as much as the two slopes off that line, in radians.
+    wanted = np.radians(180 - PROFILE) / (1 / (brow - nose) + 1 / (nose - chin))
+    near, weights = head.landmark_vertices[:FACE], head.landmark_barycentric[:FACE]
+    fronts = np.einsum("ilkc,lk->ilc", basis[:, near, :2], weights).reshape(len(basis), -1)
+    move = np.linalg.solve(np.eye(len(basis)) + HELD / FACE * fronts @ fronts.T, modes)
+    return (wanted - depth) / (modes @ move) * move
 
 
 def smile_weights(head, points, sizes):

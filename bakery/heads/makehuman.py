@@ -135,7 +135,8 @@ ARCHES = {
 # Share of the source's ball, which reaches through the lids: the rims lie at 0.82 to 0.95 of it.
 BALL = 0.875
 IRIS = 23.6  # degrees; 5.6 mm
-TONGUE_SHIFT = np.array([0.0, 0.5, -5.0])  # mm, off the lower incisors
+TONGUE_SHIFT = np.array([0.0, 0.5, -5.6])  # mm, off the lower incisors
+TONGUE_WIDTH = 0.97  # of the source's, off the lower side teeth
 DOMES = {"upper": 12.0, "lower": 5.0}
 
 
@@ -184,7 +185,7 @@ SLIDES = {"jawForward": (0.3, 0.0), "jawLeft": (0.5, 0.18), "jawRight": (0.5, 0.
 def tongue_piece(raw, box):
     """The tongue, off the teeth in every position of the jaw."""
     tongue = piece(raw, "tongue", "jaw", box)
-    mean = tongue.mean + TONGUE_SHIFT
+    mean = tongue.mean * [TONGUE_WIDTH, 1, 1] + TONGUE_SHIFT
     expression = tongue.expression.copy()
     for name, (share, narrow) in SLIDES.items():
         expression[EXPRESSION_INDEX[name]] *= share

@@ -12,7 +12,7 @@ from bakery.heads.base import PARTS, gaze_of
 from bakery.heads.eyes import bulge
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
-CLEAR = 0.35  # mm between lid and ball
+CLEAR = 0.48  # mm between lid and ball
 # A lid moves on a straight line and the ball is round: what travels most keeps what it loses on the
 # way.
 CLEAR_SHUT = 3.0  # mm

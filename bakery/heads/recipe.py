@@ -89,8 +89,9 @@ def learn_all(raw, points, sizes, names):
 def settle(raw, known, points, sizes, names):
     """The last of `learn_all`, from what the rest of it found: centre, spread, size of the smile.
 
-    The mean moves to the mean of the neutral faces' fits, the modes shrink by `KEEP`, and the smile
-    is scaled so that free fits of smiles with teeth use `FREE` of it.
+    The mean moves to the mean of the neutral faces' fits, the modes shrink by `KEEP`, the mean gets
+    the profile that photos from the front do not show, and the smile is scaled so that free fits of
+    smiles with teeth use `FREE` of it.
     """
     neutral, smiling = pairs_of(names).T
     head = makehuman.build(raw, known=known)
@@ -98,6 +99,8 @@ def settle(raw, known, points, sizes, names):
     shift = learn.mean_identity(head, points[neutral], sizes[neutral])
     known["prior_mean"] = (known["prior_mean"] + shift @ known["prior_modes"]).astype(np.float32)
     known["prior_modes"] = (known["prior_modes"] * np.float32(KEEP)).astype(np.float32)
+    turn = learn.profile_shift(makehuman.build(raw, known=known))
+    known["prior_mean"] = (known["prior_mean"] + turn @ known["prior_modes"]).astype(np.float32)
     known["positions"] = (matrix @ makehuman.prepare(raw, known).mean).astype(np.float32)
     head = makehuman.build(raw, known=known)
     known["positions"] = embed.on_rims(

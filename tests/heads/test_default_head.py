@@ -72,6 +72,20 @@ def test_landmarks_are_mirrored_and_in_order(head):
     assert abs(points[1, 0]) < 0.2 and points[1, 2] > points[:, 2].max() - 1
 
 
+def test_its_profile_is_the_mean_one(head):
+    """Legan and Burstone 1980: glabella, subnasale and pogonion of adults enclose 168 degrees."""
+    points = head.landmarks(head.mean)
+    brow, philtrum, lip, chin = points[[9, 164, 0, 199], 1:]
+    x, y, z = head.mean[head.part_vertices("skin")].T
+    between = (np.abs(x) < 0.05) & (y < philtrum[0]) & (y > lip[0]) & (z > 0)
+    found = np.stack([y, z], 1)[between]
+    up, down = (
+        leg / np.linalg.norm(leg, axis=1, keepdims=True) for leg in (brow - found, chin - found)
+    )
+    angle = np.degrees(np.arccos((up * down).sum(1).min()))  # where it lies deepest
+    assert angle == pytest.approx(168, abs=0.5)
+
+
 def test_landmarks_keep_their_order_in_the_atlas(head):
     uv = head.landmark_uv()
     assert (uv.min(0) >= 0).all() and (uv.max(0) <= 1).all()
