@@ -1,8 +1,9 @@
 """Lashes and tear line over a drawn picture: the clear reference.
 
-The lid of a portrait carries its photographed lashes already. So the cards show as far as those are out
-of sight: from the sides, and when the eye shuts and the lid shows skin that no photo saw. Cards are see-through, so that they are laid over what is nearest, one after the other in the order of
-their faces, from both sides. They are mixed in sRGB, not in linear light: so does every browser.
+The lid of a portrait carries its photographed lashes already. So the cards show as far as those are
+out of sight: from the sides, and when the eye shuts and the lid shows skin that no photo saw. Cards
+are see-through, so that they are laid over what is nearest, one after the other in the order of their
+faces, from both sides. They are mixed in sRGB, not in linear light: so does every browser.
 """
 
 import numpy as np
@@ -59,12 +60,12 @@ def lay_cards(color, alpha, known, depth, head, pixels, distance, layer, weights
         box = _box(pixels[corners], alpha.shape)
         if box is None:
             continue
-        weights, inside = _weights(pixels[corners], 1 / distance[corners], box)
-        near = weights.sum(-1)  # 1 / depth
+        corner_weights, inside = _weights(pixels[corners], 1 / distance[corners], box)
+        near = corner_weights.sum(-1)  # 1 / depth
         seen = inside & (near * depth[box] > 1)
         if not seen.any():
             continue
-        share = weights[seen] / near[seen][:, None]
+        share = corner_weights[seen] / near[seen][:, None]
         uv = share @ head.uv[head.uv_faces[face]].astype(np.float64)
         card = weight * bilinear(layer, uv[None] * layer.shape[0])[0]
         if card[:, 3].any():

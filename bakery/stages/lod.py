@@ -86,9 +86,10 @@ def cut_surface(head, neutral, shapes, name, parts):
 def simplify(surface, share):
     """A surface with about `share` of its triangles.
 
-    Cards are mostly border and stay whole. Borders, the cuts of the atlas among them, stay as they are, so that no gap opens; those of
-    LOOSE parts may go. Eyes and mouth keep more than their share. Shapes, uv and normals are read from the original surface, at the nearest point among the faces that a new
-    vertex stands for: never across a cut.
+    Cards are mostly border and stay whole. Borders, the cuts of the atlas among them, stay as they
+    are, so that no gap opens; those of LOOSE parts may go. Eyes and mouth keep more than their share.
+    Shapes, uv and normals are read from the original surface, at the nearest point among the faces
+    that a new vertex stands for: never across a cut.
 
     Args:
         surface: Surface.

@@ -54,7 +54,7 @@ class PairOptions:
     painted: float = 0.15  # share of subjects whose skin is painted though there are skins
     # Size of the fit's mistakes, 1 as the fit has them: 0.25 standard deviations of identity, with the
     # landmarks mended but for 0.5 mm in the picture and half of the mistake in depth; 5% of each
-    # expression weight; 0 gives the conditions the truth.
+    # expression weight, before the target is registered; 0 gives the conditions the truth.
     error: float = 1.0
 
     @property
