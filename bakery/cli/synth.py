@@ -75,7 +75,11 @@ def training(count, output, seed, head):
 @click.option("--skins", type=click.Path(path_type=Path), help="Folder of `bakery synth skins`.")
 @click.option("--size", default=256, show_default=True, type=click.IntRange(64), help="Pixels.")
 @click.option("--keys", is_flag=True, help="Each key expression from each view, not random ones.")
-def pairs(count, output, seed, heads, skins, size, keys):
+@click.option(
+    "--error", default=1.0, show_default=True, type=click.FloatRange(0),
+    help="Mistakes of the shape that conditions are drawn with: 1 as a fit's, 0 none.",
+)  # fmt: skip
+def pairs(count, output, seed, heads, skins, size, keys, error):
     """Paint invented people in neutral and in other expressions, for `bakery train pagan`.
 
     \b
@@ -86,7 +90,8 @@ def pairs(count, output, seed, heads, skins, size, keys):
     from bakery.synth.pair_shards import write
 
     models = [load_head(head) for head in heads]
-    for path in write(models, output, count, seed, skins, PairOptions(size=size, keys=keys)):
+    wanted = PairOptions(size=size, keys=keys, error=error)
+    for path in write(models, output, count, seed, skins, wanted):
         click.echo(path)
 
 

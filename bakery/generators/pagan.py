@@ -15,11 +15,11 @@ import torch
 from bakery.errors import ModelError
 from bakery.generators.eyes import with_photographed_eyes
 from bakery.generators.fold_maps import TINT, FoldMaps
+from bakery.generators.hints import hints
 from bakery.generators.interior import FRAME_SCALE, interior_shade, teeth_relief
 from bakery.generators.lids import with_lids
 from bakery.generators.planes import NONE, planes
 from bakery.generators.shade import is_part
-from bakery.generators.strain import CHANNELS, strain_plane
 from bakery.generators.unet import NetworkOptions, UNet, input_layers, network_input, parts_of
 from bakery.geometry import camera as cameras
 from bakery.landmarks import FACE
@@ -70,8 +70,8 @@ class PaganGenerator:
         per_mm = cameras.pixels_per_mm(camera)
         layers = planes(subject.head, conditions)
         shade = interior_shade(layers, per_mm)
-        strain = self._strain(subject.head, conditions)
-        stack = input_layers(layers, aligned_photo(subject, conditions), shade, strain)
+        seen = hints(subject, conditions, wanted=self.network.options.inputs)
+        stack = input_layers(layers, aligned_photo(subject, conditions), shade, seen)
         change = self.paint_scaled(stack, per_mm / NOMINAL)
         face = layers.face.astype(np.float32) / 255 * (layers.part != NONE)
         log_ratio = change[..., :3] * face[..., None]
@@ -89,14 +89,6 @@ class PaganGenerator:
             color, alpha = _laid(color, eyes, where), np.maximum(alpha, where)
             image = _laid(image, eyes, where)
         return Generated(image, ratio, color, alpha)
-
-    def _strain(self, head, conditions):
-        """The plane of strain, if the network looks at it."""
-        shape = conditions.part.shape
-        if "strain" not in self.network.options.inputs:
-            return np.zeros((*shape, CHANNELS), np.uint8)
-        pixels = cameras.project(head.landmarks(conditions.vertices), conditions.camera)
-        return strain_plane(head, conditions.expression, pixels, shape)
 
     def paint_scaled(self, layers, zoom):
         """`paint` at the scale that the network was trained at, the change resized.

@@ -38,6 +38,11 @@ def strain_plane(head, expression, pixels, shape):
     return np.round(128 + 127 * np.clip(drawn / FULL, -1, 1)).astype(np.uint8)
 
 
+def landmark_faces(head):
+    """Triangles [F, 3] of the 468 landmarks, none over the mouth and the eyes."""
+    return _model(head).faces
+
+
 class _Strain:
     """The landmarks' triangles of one head, and how its shapes move their corners."""
 

@@ -14,16 +14,17 @@ from torch import nn
 from torch.nn import functional
 
 from bakery.detectors.blocks import Conv, Residual
+from bakery.generators import expected_folds, strain
 from bakery.generators.planes import encode
 from bakery.generators.shade import MOUTH, is_part
-from bakery.generators.strain import CHANNELS
 from bakery.geometry import color as colors
 
 # Planes of the input and their channels, in order; a network may be given fewer.
 INPUTS = {
-    "photo": 3, "normals": 3, "depth": 1, "gaze": 2, "mouth": 1, "deformed": 3, "strain": CHANNELS,
+    "photo": 3, "normals": 3, "depth": 1, "gaze": 2, "mouth": 1, "deformed": 3,
+    "strain": strain.CHANNELS, "folds": expected_folds.CHANNELS,
 }  # fmt: skip
-SIGNED = ("normals", "strain")  # 128 is nothing
+SIGNED = ("normals", "strain", "folds")  # 128 is nothing
 HEADS = ("change", "plain")
 RATIO_REACH = 1.5  # the log-ratio stays below it: folds of real skin keep within 1
 ALPHA_BIAS = -3.0  # alpha begins at 0.05
@@ -139,14 +140,14 @@ def to_encoded(linear):
     )
 
 
-def input_layers(planes, photo, shade, strain):
+def input_layers(planes, photo, shade, hints):
     """The planes of INPUTS [H, W, C] uint8, by name.
 
     Args:
         planes: bakery.generators.planes.Planes, or anything with the same fields.
         photo: [H, W, 3] uint8 sRGB: the subject in neutral, head only.
         shade: [H, W], of `interior.interior_shade`.
-        strain: [H, W, 2] uint8, of `strain.strain_plane`.
+        hints: planes [H, W, C] uint8 of what the expression does, by name.
     """
     deformed = encode(colors.to_linear(planes.deformed / np.float32(255)) * shade[..., None])
     return {
@@ -156,8 +157,7 @@ def input_layers(planes, photo, shade, strain):
         "gaze": planes.gaze,
         "mouth": is_part(planes.part, *MOUTH)[..., None].astype(np.uint8) * 255,
         "deformed": deformed,
-        "strain": strain,
-    }
+    } | hints
 
 
 def network_input(batch, inputs=tuple(INPUTS)):

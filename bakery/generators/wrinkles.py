@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bakery.geometry.curve import spline
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.noise import value_noise
 
@@ -64,14 +65,7 @@ def _curve(line, landmarks, mirror, samples=24):
             for point in line.points
         ]
     )
-    padded = np.concatenate([2 * knots[:1] - knots[1:2], knots, 2 * knots[-1:] - knots[-2:-1]])
-    t = np.linspace(0, len(knots) - 1 - 1e-6, samples)
-    index, u = t.astype(int), (t % 1)[:, None]
-    p0, p1, p2, p3 = (padded[index + k] for k in range(4))
-    return 0.5 * (
-        2 * p1 + (p2 - p0) * u + (2 * p0 - 5 * p1 + 4 * p2 - p3) * u**2
-        + (3 * p1 - p0 - 3 * p2 + p3) * u**3
-    )  # fmt: skip
+    return spline(knots, samples)
 
 
 def mirror_landmarks(landmarks):

@@ -38,6 +38,15 @@ def basis_jacobian(normals):
     return out
 
 
+def turned(light, turn):
+    """A light [9, ...] as it is once `turn` [3, 3] has rotated it."""
+    rng = np.random.default_rng(0)
+    directions = rng.normal(size=(32, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    values = basis(directions @ turn) @ light  # the old light, turned back
+    return np.linalg.lstsq(basis(directions), values, rcond=None)[0]
+
+
 def irradiance(normals, light):
     """Light [9, 3] at unit normals [..., 3]: [..., 3] linear RGB."""
     return basis(normals) @ light

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from bakery.synth.chart import BROW_LOWER, BROW_UPPER, LID_LOWER, LID_UPPER, SIDES, SIGN, spline
+from bakery.geometry.curve import spline
+from bakery.synth.chart import BROW_LOWER, BROW_UPPER, LID_LOWER, LID_UPPER, SIDES, SIGN
 from bakery.synth.hair import hair_color, strand_colors
 from bakery.synth.roots import roots_on, sample_roots
 from bakery.synth.skin import beard_mask, brow_mask

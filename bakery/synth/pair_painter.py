@@ -12,6 +12,8 @@ import cv2
 import numpy as np
 
 from bakery.formats.targets import presets_folder, read_keys
+from bakery.generators.folds import make_folds
+from bakery.generators.hints import hints
 from bakery.generators.planes import face_mask, planes, shrunk_planes
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
@@ -29,7 +31,6 @@ from bakery.stages.texture_lids import lid_skin
 from bakery.stages.warp import residual_offsets
 from bakery.synth import facial, film, quick, skins
 from bakery.synth.expressions import draw_expression, draw_view
-from bakery.synth.folds import make_folds
 from bakery.synth.noise import cells
 from bakery.synth.painted_skin import painted
 from bakery.synth.pairs import PaintedPair
@@ -314,6 +315,7 @@ def _target(rng, figure, subject, fit, head, neutral, gain, shared, options, pos
         target=np.round(truth).astype(np.uint8),
         landmarks=cameras.project(marks, camera).astype(np.float32),
         expression=expression,
+        **hints(subject, drawn, camera),
         gaze_angles=gaze.astype(np.float32),
         yaw=yaw,
         pitch=pitch,

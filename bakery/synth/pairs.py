@@ -16,7 +16,7 @@ from bakery.formats.files import write_bytes
 
 PHOTO_QUALITY = 96  # of the JPEG, 4:4:4: mean error 0.9 levels on painted skin
 NAME = "pairs-{:05d}.safetensors"
-VERSION = "1"
+VERSION = "2"
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,8 @@ class PaintedPair:
     gaze: np.ndarray  # [S, S, 2] uint8
     part: np.ndarray  # [S, S] uint8 into heads.base.PARTS, 255 for none, as the conditions have it
     face: np.ndarray  # [S, S] uint8: where the loss counts
+    strain: np.ndarray  # [S, S, 2] uint8, of generators.strain
+    folds: np.ndarray  # [S, S, 2] uint8, of generators.expected_folds
     landmarks: np.ndarray  # [L, 2] float32 pixels of the target, true
     expression: np.ndarray  # [E] float32, true weights
     gaze_angles: np.ndarray  # [2] float32 degrees
@@ -47,7 +49,8 @@ class PaintedPair:
 
 
 COLORS = ("photo", "target", "deformed")  # JPEG
-PLANES = ("photo_face", "normals", "depth", "gaze", "part", "face")  # PNG
+PLANES = ("photo_face", "normals", "depth", "gaze", "part", "face", "strain", "folds")  # PNG
+PAIRED = ("gaze", "strain", "folds")  # of two channels
 ONCE = ("photo", "photo_face")  # the same for all targets of a subject
 NUMBERS = ("landmarks", "expression", "gaze_angles", "yaw", "pitch", "subject")
 
@@ -62,7 +65,7 @@ def _pack(name, picture):
         return cv2.imencode(".jpg", picture[..., ::-1], flags)[1]
     if name == "normals":
         picture = picture.view(np.uint8)
-    if name == "gaze":  # PNG has no two channels
+    if name in PAIRED:  # PNG has no two channels
         picture = np.concatenate([picture, np.zeros_like(picture[..., :1])], -1)
     return cv2.imencode(".png", picture, [cv2.IMWRITE_PNG_COMPRESSION, 3])[1]
 
@@ -73,7 +76,7 @@ def _unpack(name, data):
         return np.ascontiguousarray(picture[..., ::-1])
     if name == "normals":
         return picture.view(np.int8)
-    return np.ascontiguousarray(picture[..., :2]) if name == "gaze" else picture
+    return np.ascontiguousarray(picture[..., :2]) if name in PAIRED else picture
 
 
 def write_shard(path, pairs, about=None):

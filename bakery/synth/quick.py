@@ -101,12 +101,7 @@ def bake_dome(head, neutral, environment):
 def turned(environment, turn):
     """An environment rotated by `turn` [3, 3]."""
     lamps = tuple(replace(lamp, direction=turn @ lamp.direction) for lamp in environment.lamps)
-    rng = np.random.default_rng(0)
-    directions = rng.normal(size=(32, 3))
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    values = harmonics.basis(directions @ turn) @ environment.ambient  # the old light, turned back
-    ambient = np.linalg.lstsq(harmonics.basis(directions), values, rcond=None)[0]
-    return Environment(lamps, ambient)
+    return Environment(lamps, harmonics.turned(environment.ambient, turn))
 
 
 def paint(figure, expression, gaze, camera, supersample=1.5):
@@ -269,8 +264,11 @@ def _reach(kind, depth, mouth, pixel):
     skin = (kind == PARTS.index("skin")).astype(np.float32)
     around = max(5.0 / pixel, 1.0)
     near = cv2.GaussianBlur(inside, (0, 0), max(1.1 / pixel, 0.5))
-    lips = cv2.GaussianBlur(np.where(skin > 0, depth, 0), (0, 0), around)
-    lips /= np.maximum(cv2.GaussianBlur(skin, (0, 0), around), 1e-3)
+    rim = (cv2.dilate(inside, np.ones((3, 3))) * skin) > 0
+    # In the middle of a mouth that gapes no lip is near: there they are as deep as all of their rim.
+    typical = depth[rim].mean() if rim.any() else 0.0
+    lips = cv2.GaussianBlur(np.where(skin > 0, depth - typical, 0), (0, 0), around)
+    lips = typical + lips / np.maximum(cv2.GaussianBlur(skin, (0, 0), around), 1e-3)
     behind = np.where(inside > 0, depth - lips - 3.0, 0)
     deep = 1 / (1 + (np.maximum(behind, 0) / DEEP) ** 2)
     return (deep * (0.45 + 0.55 * smoothstep(0.3, 0.95, near))).astype(np.float32)

@@ -3,7 +3,8 @@
 import cv2
 import numpy as np
 
-from bakery.synth.chart import LID_LOWER, SIDES, SIGN, spline
+from bakery.geometry.curve import spline
+from bakery.synth.chart import LID_LOWER, SIDES, SIGN
 
 
 class Relief:

@@ -102,12 +102,12 @@ def train(run, folders, options=PaganOptions(), features=None):
     """
     run = Path(run)
     rank, world = _join()
-    if options.threads:
-        torch.set_num_threads(options.threads)
     if rank == 0:
         (run / "samples").mkdir(parents=True, exist_ok=True)
         runs.keep_options(run, options, FREE)
     state = _State(options, features)
+    if options.threads:  # after weights to begin with, whose generator wants one
+        torch.set_num_threads(options.threads)
     checkpoint = run / "checkpoint.safetensors"
     step = state.load(checkpoint) if checkpoint.exists() else 0
     pairs = Pairs(folders, options.crop, options.memory, options.held_out)

@@ -9,10 +9,8 @@ import torch
 from torch.utils.data import Dataset
 
 from bakery.generators.interior import FRAME_SCALE, interior_shade
-from bakery.generators.strain import strain_plane
 from bakery.generators.unet import input_layers
 from bakery.heads.base import PARTS
-from bakery.heads.file import load_head
 from bakery.landmarks import EYES, LIPS, LIPS_OUTER
 from bakery.synth.pairs import Shard, shards_of
 
@@ -60,7 +58,6 @@ class Pairs:
             self.held.append(held)
             self.train.append([person for person in ordered if person not in held])
         self._kept, self._bytes = OrderedDict(), 0
-        self._head = load_head()  # of strain; close enough for pairs of other heads
 
     def decoded(self, shard, row):
         """The planes of a pair by name, uint8 [S, S, C], and its landmarks."""
@@ -84,8 +81,8 @@ class Pairs:
         weight = np.clip(UNIT * weight * (pair.face / 255), 0, 255)
         per_mm = FRAME_SCALE * pair.part.shape[0]
         shade = interior_shade(pair, per_mm)
-        strain = strain_plane(self._head, pair.expression, pair.landmarks, pair.part.shape)
-        return input_layers(pair, pair.photo, shade, strain) | {
+        hints = {"strain": pair.strain, "folds": pair.folds}
+        return input_layers(pair, pair.photo, shade, hints) | {
             "target": pair.target,
             "weight": np.round(weight).astype(np.uint8)[..., None],
             "skin": skin[..., None],
@@ -154,7 +151,7 @@ def _tone(rng, spread):
     return np.round(np.clip(gain * value**gamma, 0, 1) * 255).astype(np.uint8)
 
 
-GROUPS = (("photo",), ("normals",), ("depth", "gaze", "mouth"), ("strain",), ("deformed",), ("target",), ("weight", "skin"))  # fmt: skip
+GROUPS = (("photo",), ("normals",), ("depth", "gaze", "mouth"), ("strain", "folds"), ("deformed",), ("target",), ("weight", "skin"))  # fmt: skip
 TONED = ("photo", "deformed", "target")
 
 

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from bakery.errors import BakeryError
+from bakery.generators.hints import hints
 from bakery.generators.planes import encode
 from bakery.geometry.color import LUMA, to_linear
 from bakery.geometry.fill import diffuse
@@ -78,6 +79,7 @@ def pair_of(sitter, sitting, number):
         face=sitting.face,
         landmarks=sitting.points.astype(np.float32),
         expression=fit.expression.astype(np.float32),
+        **hints(sitter.subject, sitting.conditions, sitting.camera),
         gaze_angles=np.asarray(fit.gaze, np.float32),
         yaw=0.0,
         pitch=0.0,

@@ -1,6 +1,7 @@
 """Generators against baselines: what must come out when nothing, or one known thing, changes."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -133,11 +134,11 @@ def test_painted_people_in_closed_form(tmp_path):
     part = np.full((64, 64), PARTS.index("skin"), np.uint8)
     face = np.zeros((64, 64), np.uint8)
     face[:, :32] = 255
-    gray = np.full((64, 64, 3), 100, np.uint8)
+    gray, even = (np.full((64, 64, c), v, np.uint8) for c, v in ((3, 100), (2, 128)))
     pair = PaintedPair(
         photo=gray, photo_face=face, target=gray, deformed=gray + 20,
         normals=np.zeros((64, 64, 3), np.int8), depth=np.full((64, 64), 100, np.uint8),
-        gaze=np.zeros((64, 64, 2), np.uint8), part=part, face=face,
+        gaze=np.zeros((64, 64, 2), np.uint8), part=part, face=face, strain=even, folds=even,
         landmarks=np.zeros((478, 2), np.float32), expression=np.zeros(52, np.float32),
         gaze_angles=np.zeros(2, np.float32), yaw=0.0, pitch=0.0, subject=7, head="toy",
     )  # fmt: skip
@@ -146,8 +147,18 @@ def test_painted_people_in_closed_form(tmp_path):
     assert found["deformed"]["mse"] == pytest.approx(200, abs=5)  # JPEG
     assert found["deformed"]["psnr"] == pytest.approx(10 * np.log10(255**2 / 200), abs=0.1)
     assert (found["pairs"], found["subjects"]) == (2, 1)
-    assert set(found["network"]) == {"mse", "ssim", "psnr"}
+    assert set(found["network"]) == {"mse", "ssim", "psnr", "ssim_hard"}
+    assert found["deformed"]["ssim"] == found["deformed"]["ssim_hard"]  # no outline is in sight
     assert generator_painted.measure(tmp_path, {"network": network()}, 1)["pairs"] == 1
+
+
+def test_the_outline_is_feathered():
+    part = np.full((250, 250), 255, np.uint8)
+    part[50:200, 50:200] = PARTS.index("skin")
+    soft = generator_painted.feathered(SimpleNamespace(part=part, face=np.full_like(part, 255)))
+    assert soft[part == 255].max() == 0
+    assert 0 < soft[125, 50] < soft[125, 51] < 0.6 and soft[125, 54] == 1  # 1.6% of the side
+    assert soft[54:196, 54:196].min() == 1
 
 
 def test_time_is_measured_of_every_kind(monkeypatch):

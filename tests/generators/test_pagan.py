@@ -13,9 +13,9 @@ from safetensors.torch import save_file
 from bakery.detectors.blocks import fold
 from bakery.errors import ModelError
 from bakery.generators import pagan
+from bakery.generators.hints import hints
 from bakery.generators.interior import FRAME_SCALE, interior_shade
 from bakery.generators.planes import planes
-from bakery.generators.strain import strain_plane
 from bakery.generators.unet import (
     INPUTS,
     NetworkOptions,
@@ -26,7 +26,6 @@ from bakery.generators.unet import (
     to_encoded,
     to_linear,
 )
-from bakery.geometry import camera as cameras
 from bakery.geometry import color as colors
 from bakery.heads.base import PARTS
 from bakery.heads.file import load_head
@@ -155,7 +154,7 @@ class Sitting:
 
     def __init__(self, head, photo):
         self.head, self.photo, self.lids = head, photo, None
-        self.neutral = head.mean
+        self.neutral, self.light, self.light_rotation = head.mean, np.ones((9, 3)), np.eye(3)
 
 
 def test_generated_picture_is_what_its_parts_say(target):
@@ -186,9 +185,8 @@ def test_the_networks_share_is_the_training_picture(target):
     made = generator.generate(subject, conditions, interior_only=True)
     layers = planes(head, conditions)
     shade = interior_shade(layers, FRAME_SCALE * 512)
-    pixels = cameras.project(head.landmarks(conditions.vertices), conditions.camera)
-    strain = strain_plane(head, conditions.expression, pixels, layers.part.shape)
-    stack = input_layers(layers, pagan.aligned_photo(subject, conditions), shade, strain)
+    seen = hints(subject, conditions)
+    stack = input_layers(layers, pagan.aligned_photo(subject, conditions), shade, seen)
     batch = {k: torch.from_numpy(v.transpose(2, 0, 1)[None].copy()) for k, v in stack.items()}
     with torch.no_grad():
         change = interpret(folded(network_input(batch)), batch["deformed"].float() / 255)

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from bakery.errors import InputError
+from bakery.generators.folds import make_folds
 from bakery.geometry import camera as cameras
 from bakery.heads.base import PARTS, weights
 from bakery.landmarks import FACE
 from bakery.stages.condition import face_camera
 from bakery.synth import pair_shards, quick
 from bakery.synth.expressions import both_sides, draw_expression, draw_view
-from bakery.synth.folds import make_folds
 from bakery.synth.pair_painter import (
     PairOptions,
     draw_figure,

@@ -25,6 +25,8 @@ def made_up(subject, k):
         gaze=rng.integers(0, 256, (S, S, 2)).astype(np.uint8),
         part=rng.integers(0, 10, (S, S)).astype(np.uint8),
         face=rng.integers(0, 256, (S, S)).astype(np.uint8),
+        strain=rng.integers(0, 256, (S, S, 2)).astype(np.uint8),
+        folds=rng.integers(0, 256, (S, S, 2)).astype(np.uint8),
         landmarks=rng.random((478, 2)).astype(np.float32),
         expression=rng.random(52).astype(np.float32),
         gaze_angles=rng.random(2).astype(np.float32),

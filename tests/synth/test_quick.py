@@ -1,6 +1,7 @@
 """The quick painter's parts against plain numpy and known answers."""
 
 import numpy as np
+import pytest
 
 from bakery.geometry import harmonics, rotation
 from bakery.geometry.mesh import face_normals
@@ -71,3 +72,13 @@ def test_light_between_the_lips_falls_with_depth():
     assert 0.7 < reach[30, 20] <= 1
     assert reach[30, 40] < 0.5 * reach[30, 20]
     assert reach[20, 20] < reach[30, 20]  # under the lip's edge
+
+
+def test_a_gaping_mouth_is_not_black_in_its_middle():
+    """No lip is within reach of the blur there; the light falls as it does a little further out."""
+    kind = np.zeros((200, 200), np.int16)
+    kind[20:180, 20:180] = 5
+    depth = np.full((200, 200), 500.0, np.float32)
+    depth[kind == 5] += 10
+    reach = quick._reach(kind, depth, [5], 0.5)
+    assert reach[100, 100] == pytest.approx(reach[60, 100], rel=0.05) and reach[100, 100] > 0.5

@@ -45,11 +45,11 @@ def stranger(subject, k):
     own[row : row + 8] = 255 - color
     target = np.clip(own * (0.8 + 0.1 * k), 0, 255).astype(np.uint8)
     target[54:60, 20 + 8 * k : 30 + 8 * k] = 20
-    plane = np.zeros((S, S), np.uint8)
+    plane, even = np.zeros((S, S), np.uint8), np.full((S, S, 2), 128, np.uint8)
     return PaintedPair(
         photo=own, photo_face=plane + 255, target=target, deformed=own,
         normals=np.zeros((S, S, 3), np.int8), depth=plane, gaze=np.zeros((S, S, 2), np.uint8),
-        part=plane, face=plane + 255, landmarks=np.zeros((478, 2), np.float32),
+        part=plane, face=plane + 255, strain=even, folds=even, landmarks=np.zeros((478, 2), np.float32),
         expression=np.zeros(52, np.float32), gaze_angles=np.zeros(2, np.float32),
         yaw=0.0, pitch=0.0, subject=subject, head="toy",
     )  # fmt: skip

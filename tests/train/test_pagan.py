@@ -48,6 +48,8 @@ def pair(subject, smile):
         gaze=np.zeros((SIDE, SIDE, 2), np.uint8),
         part=part,
         face=np.full((SIDE, SIDE), 255, np.uint8),
+        strain=rng.integers(0, 256, (SIDE, SIDE, 2)).astype(np.uint8),
+        folds=rng.integers(0, 256, (SIDE, SIDE, 2)).astype(np.uint8),
         landmarks=landmarks,
         expression=np.full(52, 0.1 * smile, np.float32),
         gaze_angles=np.zeros(2, np.float32),

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
+from bakery.generators.fold_lines import ACTIONS, REFERENCE, subject_lines
 from bakery.generators.wrinkles import mirror_landmarks
+from bakery.geometry.curve import spline
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.noise import value_noise
 from bakery.heads.base import weights
 from bakery.landmarks import FACE
-from bakery.synth.chart import spline
-from bakery.synth.fold_lines import ACTIONS, REFERENCE, subject_lines
 
 SAMPLES = 40  # points of a fold's curve
 AROUND = (4.0, 3.2)  # mm from a fold within which its tension is measured: least, and a mm of width
@@ -123,6 +123,29 @@ def make_folds(head, neutral, points, rng, age):
         height=np.concatenate([height for _, height in drawn]).astype(np.float32),
         ends=np.concatenate([[0], np.cumsum([len(rows) for rows, _ in drawn])]),
         texels=len(points),
+    )
+
+
+def joined(people):
+    """The mean of the folds of several subjects on one shape, as the Folds of one."""
+    starts = [
+        np.cumsum([0, *[len(p.weight) for p in people]]),
+        np.cumsum([0, *[len(p.rows) for p in people]]),
+    ]
+
+    def stacked(name):
+        return np.concatenate([getattr(p, name) for p in people])
+
+    def offset(name, starts):
+        return np.concatenate([[0], *[getattr(p, name)[1:] + at for p, at in zip(people, starts)]])
+
+    names = ("corners", "across", "length", "weight", "onset", "gain", "rows")
+    return Folds(
+        **{name: stacked(name) for name in names},
+        begins=offset("begins", starts[0]),
+        height=stacked("height") / len(people),
+        ends=offset("ends", starts[1]),
+        texels=people[0].texels,
     )
 
 

@@ -1,0 +1,113 @@
+"""Which folds an expression is expected to bring, as planes for the network.
+
+Where folds form is anatomy, how deep is tension (`folds`); what one person has is not known
+before it shows. The mean over people of all ages is: a height, and how it would shade in the light of
+the photo. Network and photo say what is made of it. Drawn over the triangles of the landmarks, as
+strain is, so that pairs need to keep no more than landmarks, weights and light.
+"""
+
+from dataclasses import dataclass, field
+from threading import Lock
+
+import numpy as np
+
+from bakery.generators.folds import Folds, joined, make_folds
+from bakery.generators.strain import landmark_faces
+from bakery.geometry import harmonics
+from bakery.geometry.color import LUMA
+from bakery.geometry.mesh import vertex_normals
+from bakery.geometry.raster import rasterize
+from bakery.geometry.sample import bilinear, interpolate
+from bakery.landmarks import FACE
+from bakery.stages.atlas import Atlas, make_atlas
+
+CHANNELS = 2  # height, and log of its shading
+FULL = np.array([0.8, 0.5], np.float32)  # mm, and log-ratio, that a byte reaches
+AGES = tuple(range(20, 80, 5))  # years, of those whose mean is taken
+TEXELS = 384  # a side of the map
+_LOCK, _KEPT = Lock(), {}  # by mean head
+REACH = 30.0  # mm from the nearest landmark to where folds are kept
+
+
+@dataclass(frozen=True, eq=False)
+class _Mean:
+    """The folds of a mean head, as many people have them."""
+
+    head: object  # HeadModel
+    atlas: Atlas  # texels of the face
+    folds: Folds
+    shine: np.ndarray  # [N, 9] spherical harmonics at the texels' normals
+    bent: np.ndarray  # [N, 2, 9] their change for a slope of 1 mm a texel along u and along v
+    seen: dict = field(default_factory=dict)  # what was asked of `lit` last
+
+    def lit(self, light):
+        """Log of the shading [N, 2] that a slope along u and along v makes in a light [9]."""
+        key = light.tobytes()
+        kept = self.seen.get(key)
+        if kept is None:
+            kept = (self.bent @ light) / np.maximum(self.shine @ light, 0.05)[:, None]
+            self.seen.clear()  # one bake has one light
+            self.seen[key] = kept = kept.astype(np.float32)
+        return kept
+
+
+def fold_plane(head, expression, light, pixels, shape):
+    """Expected height and log-shading of folds: [H, W, 2] uint8, 128 where there are none.
+
+    Args:
+        head: HeadModel.
+        expression: [E] weights.
+        light: [9, 3] irradiance in head space.
+        pixels: [>= 468, 2] where the landmarks lie in the picture.
+        shape: (height, width) of the picture.
+    """
+    model = _mean(head)
+    depths = model.folds.depths(head.vertices(head.mean, np.asarray(expression, np.float32)))
+    if depths.max() < 0.01:
+        return np.full((*shape, CHANNELS), 128, np.uint8)
+    height = model.atlas.paint(model.folds.relief(depths))
+    slope = np.stack(np.gradient(height)[::-1], -1).reshape(-1, 2)[model.atlas.index]
+    shading = model.atlas.paint(
+        np.einsum("nk,nk->n", model.lit(light @ LUMA), slope).astype(np.float32)
+    )
+    found = rasterize(
+        np.asarray(pixels, float)[:FACE], None, landmark_faces(head), shape, cull=True
+    )
+    uv = head.landmark_uv()[:FACE].astype(np.float32)
+    texel = interpolate(found, uv[landmark_faces(head)]) * TEXELS
+    drawn = bilinear(np.stack([height, shading], -1), texel) * (found.face >= 0)[..., None]
+    return np.round(128 + 127 * np.clip(drawn / FULL, -1, 1)).astype(np.uint8)
+
+
+def _mean(head):
+    """The _Mean of a head; a person's own head shares that of its model."""
+    with _LOCK:
+        mean, kept = _KEPT.get(id(head.mean), (None, None))
+        if mean is not head.mean:
+            kept = _built(head)
+            _KEPT[id(head.mean)] = (head.mean, kept)
+    return kept
+
+
+def _built(head):
+    atlas = make_atlas(head, TEXELS).take("skin")
+    points, marks = atlas.at(head.mean), head.landmarks(head.mean)[:FACE]
+    nearest = np.full(len(points), np.inf)
+    for mark in marks[::4]:
+        nearest = np.minimum(nearest, ((points - mark) ** 2).sum(1))
+    rows = np.flatnonzero(nearest < REACH**2)
+    atlas = Atlas(
+        TEXELS, atlas.index[rows], atlas.face[rows], atlas.barycentric[rows],
+        atlas.corners[rows], atlas.part[rows],
+    )  # fmt: skip
+    points = np.ascontiguousarray(points[rows])
+    people = [make_folds(head, head.mean, points, np.random.default_rng(age), age) for age in AGES]
+    normals = atlas.at(vertex_normals(head.mean, head.faces))
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
+    # A slope of 1 along u tilts the normal by the dual vector of u: 1 along u, none along v.
+    place = atlas.fill_gutter(atlas.paint(points))
+    along = np.stack(np.gradient(place, axis=(1, 0)), 2).reshape(-1, 2, 3)[atlas.index]
+    gram = np.einsum("nic,njc->nij", along, along) + 1e-6 * np.eye(2)
+    dual = np.linalg.solve(gram, along)
+    bent = -np.einsum("nsc,nkc->nks", harmonics.basis_jacobian(normals), dual)
+    return _Mean(head, atlas, joined(people), harmonics.basis(normals), np.ascontiguousarray(bent))

@@ -1,0 +1,27 @@
+"""What an expression does to the skin, as planes for the network: strain, and folds to expect."""
+
+from bakery.generators.expected_folds import fold_plane
+from bakery.generators.strain import strain_plane
+from bakery.geometry import camera as cameras
+from bakery.geometry import harmonics
+
+
+def hints(subject, conditions, camera=None, wanted=("strain", "folds")):
+    """The planes of a target [H, W, 2] uint8, by name.
+
+    Args:
+        subject: generators.base.Subject.
+        conditions: Conditions.
+        camera: Camera of the planes; None: that of the conditions.
+        wanted: names of planes; others are passed over.
+    """
+    head, expression, camera = subject.head, conditions.expression, camera or conditions.camera
+    pixels = cameras.project(head.landmarks(conditions.vertices), camera)
+    shape = (camera.height, camera.width)
+    planes = {}
+    if "strain" in wanted:
+        planes["strain"] = strain_plane(head, expression, pixels, shape)
+    if "folds" in wanted:
+        light = harmonics.turned(subject.light, subject.light_rotation.T)
+        planes["folds"] = fold_plane(head, expression, light, pixels, shape)
+    return planes

@@ -1,0 +1,83 @@
+"""Expected folds: none at rest, where the acting muscle puts them, shaded by the light."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from bakery.generators.expected_folds import FULL, fold_plane
+from bakery.generators.folds import joined, make_folds
+from bakery.geometry import camera as cameras
+from bakery.heads.base import weights
+from bakery.types import Camera
+
+SIDE = 320
+SMILE = {"mouthSmileLeft": 1.0, "mouthSmileRight": 1.0}
+RISE = {"browInnerUp": 1.0, "browOuterUpLeft": 1.0, "browOuterUpRight": 1.0}
+CHEEKS, FOREHEAD = [205, 206, 207, 216], [66, 69, 104, 105, 108, 107]  # landmarks
+
+
+def lit(*direction):
+    """Light [9, 3] that falls from a direction, and from all sides."""
+    light = np.zeros((9, 3))
+    light[0] = 3.0
+    light[[3, 1, 2]] = np.array(direction, float)[:, None]
+    return light
+
+
+SUN = lit(0, 0.8, 0.6)
+
+
+@pytest.fixture(scope="module")
+def seen(head):
+    """(weights, light) -> height mm and log-shading [H, W, 2], and the landmarks' pixels."""
+    camera = Camera(1000.0, np.full(2, SIDE / 2), np.zeros(3), np.array([0, 0, -700.0]), SIDE, SIDE)
+
+    def look(named, light=SUN):
+        expression = weights(named)
+        pixels = cameras.project(head.landmarks(head.vertices(head.mean, expression)), camera)
+        plane = fold_plane(head, expression, light, pixels, (SIDE, SIDE))
+        return (plane.astype(float) - 128) / 127 * FULL, pixels
+
+    return look
+
+
+def around(plane, pixels, landmarks):
+    """The part of a plane that some landmarks enclose."""
+    low, high = pixels[landmarks].min(0).astype(int), pixels[landmarks].max(0).astype(int) + 1
+    return plane[low[1] : high[1], low[0] : high[0]]
+
+
+def test_rest_folds_nothing(seen):
+    plane, _ = seen({})
+    assert plane.shape == (SIDE, SIDE, 2) and (plane == 0).all()
+
+
+def test_each_muscle_folds_its_own_skin(seen):
+    for mix, here, there in ((SMILE, CHEEKS, FOREHEAD), (RISE, FOREHEAD, CHEEKS)):
+        plane, pixels = seen(mix)
+        assert np.ptp(around(plane[..., 0], pixels, here)) > 0.3  # mm
+        assert np.ptp(around(plane[..., 0], pixels, there)) < 0.05
+
+
+def test_light_from_the_other_side_turns_the_shading(seen):
+    # Lines across a forehead: light from above and from below shade them the other way round.
+    above, below = (seen(RISE, lit(0, y, 0.4))[0] for y in (0.9, -0.9))
+    assert_allclose(above[..., 0], below[..., 0])
+    level = np.abs(above[..., 1]) > 0.02
+    assert level.sum() > 50
+    assert (np.sign(above[..., 1][level]) == -np.sign(below[..., 1][level])).mean() > 0.95
+
+
+def test_light_from_everywhere_shades_nothing(seen):
+    plane, _ = seen(SMILE, lit(0, 0, 0))
+    assert_allclose(plane[..., 1], 0, atol=FULL[1] / 127)
+
+
+def test_the_mean_of_people_is_the_mean_of_their_reliefs(head):
+    points = head.landmarks(head.mean)[:468].astype(np.float32)
+    people = [make_folds(head, head.mean, points, np.random.default_rng(k), 50) for k in (1, 2)]
+    shape = head.vertices(head.mean, weights(SMILE))
+    apart = [folds.relief(folds.depths(shape)) for folds in people]
+    both = joined(people)
+    assert np.abs(apart).max() > 0.1
+    assert_allclose(both.relief(both.depths(shape)), np.mean(apart, 0), atol=1e-5)
