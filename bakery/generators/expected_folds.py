@@ -1,9 +1,9 @@
 """Which folds an expression is expected to bring, as planes for the network.
 
-Where folds form is anatomy, how deep is tension (`folds`); what one person has is not known
-before it shows. The mean over people of all ages is: a height, and how it would shade in the light of
-the photo. Network and photo say what is made of it. Drawn over the triangles of the landmarks, as
-strain is, so that pairs need to keep no more than landmarks, weights and light.
+Where folds form is anatomy, how deep is tension (`folds`); what one person has is not known before it
+shows. The mean over people of all ages is: a height, and how it would shade in the light of the photo.
+What is made of it the network says, which has seen the photo. Drawn over the triangles of the landmarks,
+as strain is. Whoever changes the lines of `fold_lines` changes what shipped weights were trained on.
 """
 
 from dataclasses import dataclass, field
@@ -25,15 +25,16 @@ CHANNELS = 2  # height, and log of its shading
 FULL = np.array([0.8, 0.5], np.float32)  # mm, and log-ratio, that a byte reaches
 AGES = tuple(range(20, 80, 5))  # years, of those whose mean is taken
 TEXELS = 384  # a side of the map
-_LOCK, _KEPT = Lock(), {}  # by mean head
 REACH = 30.0  # mm from the nearest landmark to where folds are kept
+DARK = 0.05  # least light that a slope's change is divided by
+
+_LOCK, _KEPT = Lock(), {}  # by mean head
 
 
 @dataclass(frozen=True, eq=False)
 class _Mean:
     """The folds of a mean head, as many people have them."""
 
-    head: object  # HeadModel
     atlas: Atlas  # texels of the face
     folds: Folds
     shine: np.ndarray  # [N, 9] spherical harmonics at the texels' normals
@@ -45,7 +46,7 @@ class _Mean:
         key = light.tobytes()
         kept = self.seen.get(key)
         if kept is None:
-            kept = (self.bent @ light) / np.maximum(self.shine @ light, 0.05)[:, None]
+            kept = (self.bent @ light) / np.maximum(self.shine @ light, DARK)[:, None]
             self.seen.clear()  # one bake has one light
             self.seen[key] = kept = kept.astype(np.float32)
         return kept
@@ -110,4 +111,4 @@ def _built(head):
     gram = np.einsum("nic,njc->nij", along, along) + 1e-6 * np.eye(2)
     dual = np.linalg.solve(gram, along)
     bent = -np.einsum("nsc,nkc->nks", harmonics.basis_jacobian(normals), dual)
-    return _Mean(head, atlas, joined(people), harmonics.basis(normals), np.ascontiguousarray(bent))
+    return _Mean(atlas, joined(people), harmonics.basis(normals), np.ascontiguousarray(bent))

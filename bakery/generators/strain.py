@@ -2,8 +2,7 @@
 
 Skin that loses length folds across that direction; where it does is the strongest hint at the lines of
 an expression, and normals and the deformed texture say it only between the lines. The strain is that
-of the mean head at the landmarks and is drawn over their triangles, so that pairs need to keep no
-more than landmarks and weights.
+of the mean head at the landmarks and is drawn over their triangles.
 """
 
 import cv2
