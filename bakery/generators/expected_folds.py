@@ -19,7 +19,6 @@ from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear, interpolate
 from bakery.landmarks import FACE
-from bakery.stages.atlas import Atlas, make_atlas
 
 CHANNELS = 2  # height, and log of its shading
 FULL = np.array([0.8, 0.5], np.float32)  # mm, and log-ratio, that a byte reaches
@@ -35,7 +34,7 @@ _LOCK, _KEPT = Lock(), {}  # by mean head
 class _Mean:
     """The folds of a mean head, as many people have them."""
 
-    atlas: Atlas  # texels of the face
+    index: np.ndarray  # [N] flat texel numbers of the face
     folds: Folds
     shine: np.ndarray  # [N, 9] spherical harmonics at the texels' normals
     bent: np.ndarray  # [N, 2, 9] their change for a slope of 1 mm a texel along u and along v
@@ -66,11 +65,10 @@ def fold_plane(head, expression, light, pixels, shape):
     depths = model.folds.depths(head.vertices(head.mean, np.asarray(expression, np.float32)))
     if depths.max() < 0.01:
         return np.full((*shape, CHANNELS), 128, np.uint8)
-    height = model.atlas.paint(model.folds.relief(depths))
-    slope = np.stack(np.gradient(height)[::-1], -1).reshape(-1, 2)[model.atlas.index]
-    shading = model.atlas.paint(
-        np.einsum("nk,nk->n", model.lit(light @ LUMA), slope).astype(np.float32)
-    )
+    height, shading = np.zeros((2, TEXELS, TEXELS), np.float32)
+    height.flat[model.index] = model.folds.relief(depths)
+    slope = np.stack(np.gradient(height)[::-1], -1).reshape(-1, 2)[model.index]
+    shading.flat[model.index] = np.einsum("nk,nk->n", model.lit(light @ LUMA), slope)
     found = rasterize(
         np.asarray(pixels, float)[:FACE], None, landmark_faces(head), shape, cull=True
     )
@@ -91,24 +89,32 @@ def _mean(head):
 
 
 def _built(head):
-    atlas = make_atlas(head, TEXELS).take("skin")
-    points, marks = atlas.at(head.mean), head.landmarks(head.mean)[:FACE]
+    skin = head.part_faces("skin")
+    found = rasterize(head.uv * TEXELS, None, head.uv_faces[skin], (TEXELS, TEXELS))
+    index = np.flatnonzero(found.face.ravel() >= 0)
+    number = skin[found.face.ravel()[index]]
+    weight = found.barycentric.reshape(-1, 3)[index]
+    points = np.einsum("nk,nkc->nc", weight, head.mean[head.faces[number]]).astype(np.float32)
     nearest = np.full(len(points), np.inf)
-    for mark in marks[::4]:
+    for mark in head.landmarks(head.mean)[:FACE:4]:
         nearest = np.minimum(nearest, ((points - mark) ** 2).sum(1))
     rows = np.flatnonzero(nearest < REACH**2)
-    atlas = Atlas(
-        TEXELS, atlas.index[rows], atlas.face[rows], atlas.barycentric[rows],
-        atlas.corners[rows], atlas.part[rows],
-    )  # fmt: skip
-    points = np.ascontiguousarray(points[rows])
+    index, number, weight, points = (part[rows] for part in (index, number, weight, points))
     people = [make_folds(head, head.mean, points, np.random.default_rng(age), age) for age in AGES]
-    normals = atlas.at(vertex_normals(head.mean, head.faces))
+    normals = np.einsum(
+        "nk,nkc->nc", weight, vertex_normals(head.mean, head.faces)[head.faces[number]]
+    )
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
-    # A slope of 1 along u tilts the normal by the dual vector of u: 1 along u, none along v.
-    place = atlas.fill_gutter(atlas.paint(points))
-    along = np.stack(np.gradient(place, axis=(1, 0)), 2).reshape(-1, 2, 3)[atlas.index]
-    gram = np.einsum("nic,njc->nij", along, along) + 1e-6 * np.eye(2)
-    dual = np.linalg.solve(gram, along)
-    bent = -np.einsum("nsc,nkc->nks", harmonics.basis_jacobian(normals), dual)
-    return _Mean(atlas, joined(people), harmonics.basis(normals), np.ascontiguousarray(bent))
+    bent = -np.einsum("nsc,nkc->nks", harmonics.basis_jacobian(normals), _duals(head)[number])
+    return _Mean(index, joined(people), harmonics.basis(normals), np.ascontiguousarray(bent))
+
+
+def _duals(head):
+    """Vectors [F, 2, 3] that a slope of 1 mm a texel along u, and along v, tilts each face by."""
+    a, b, c = head.mean[head.faces].transpose(1, 0, 2)
+    edges = np.stack([b - a, c - a], 1).astype(float)
+    a, b, c = (head.uv[head.uv_faces] * TEXELS).transpose(1, 0, 2)
+    steps = np.stack([b - a, c - a], 1).astype(float)  # texels along each edge
+    along = np.linalg.pinv(steps) @ edges  # mm along u and along v
+    gram = along @ along.transpose(0, 2, 1) + 1e-6 * np.eye(2)
+    return np.linalg.solve(gram, along)
