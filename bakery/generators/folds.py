@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from bakery.generators.fold_lines import ACTIONS, REFERENCE, subject_lines
-from bakery.generators.wrinkles import mirror_landmarks
+from bakery.generators.wrinkles import across_faces, mirror_landmarks
 from bakery.geometry.curve import spline
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.noise import value_noise
@@ -260,18 +260,6 @@ def _feel(line, curve, neutral, skin, centers):
     near, gap = near[keep], gap[keep]
     at = np.minimum((position[keep] * (len(curve) - 1)).astype(int), len(curve) - 2)
     tangent = curve[at + 1] - curve[at]
-    a, b, c = (neutral[skin[near, k]].astype(float) for k in range(3))
-    e1, e2 = b - a, c - a
-    normal = np.cross(e1, e2)
-    area = np.maximum(np.linalg.norm(normal, axis=1), 1e-9)
-    direction = np.cross(normal / area[:, None], tangent)
-    direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-9)
-    # Coordinates of the direction in the edges of each face, by the normal equations.
-    g11, g12, g22 = (e1 * e1).sum(1), (e1 * e2).sum(1), (e2 * e2).sum(1)
-    p1, p2 = (direction * e1).sum(1), (direction * e2).sum(1)
-    determinant = np.maximum(g11 * g22 - g12**2, 1e-9)
-    across = np.stack([g22 * p1 - g12 * p2, g11 * p2 - g12 * p1], 1) / determinant[:, None]
-    image = across[:, :1] * e1 + across[:, 1:] * e2
+    across, length, area = across_faces(neutral[skin[near]].astype(float), tangent)
     weight = area * np.exp(-((gap / (0.6 * around)) ** 2))
-    length = np.maximum(np.linalg.norm(image, axis=1), 0.2)
     return skin[near], across, length, weight / max(weight.sum(), 1e-9)

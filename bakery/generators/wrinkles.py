@@ -152,11 +152,26 @@ def _probe(line, curve, neutral, skin, centers):
     reach = np.linalg.norm(centers[near, None] - curve[None, ::4], axis=2).min(1)
     near, reach = near[reach < 12], reach[reach < 12]
     corners = skin[near]
-    a, b, c = (neutral[corners[:, k]] for k in range(3))
-    e1, e2 = b - a, c - a
+    across, length, area = across_faces(neutral[corners], curve[-1] - curve[0])
+    weight = area * np.exp(-((reach / 5.0) ** 2))
+    return Probe(corners, across, length, weight / max(weight.sum(), 1e-9), line.gain)
+
+
+def across_faces(points, tangent):
+    """The direction across a fold on each face that feels it.
+
+    Args:
+        points: [n, 3, 3] mm, corners of the faces at rest.
+        tangent: [3] or [n, 3] along the fold.
+
+    Returns:
+        the direction in the edges of each face [n, 2], its length there [n] mm, twice the faces'
+        areas [n] mm2.
+    """
+    e1, e2 = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
     normal = np.cross(e1, e2)
-    area = np.linalg.norm(normal, axis=1)
-    direction = np.cross(normal / np.maximum(area, 1e-9)[:, None], curve[-1] - curve[0])
+    area = np.maximum(np.linalg.norm(normal, axis=1), 1e-9)
+    direction = np.cross(normal / area[:, None], tangent)
     direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-9)
     # Coordinates of the direction in the edges of each face, by the normal equations.
     g11, g12, g22 = (e1 * e1).sum(1), (e1 * e2).sum(1), (e2 * e2).sum(1)
@@ -164,14 +179,7 @@ def _probe(line, curve, neutral, skin, centers):
     determinant = np.maximum(g11 * g22 - g12**2, 1e-9)
     across = np.stack([g22 * p1 - g12 * p2, g11 * p2 - g12 * p1], 1) / determinant[:, None]
     image = across[:, :1] * e1 + across[:, 1:] * e2
-    weight = area * np.exp(-((reach / 5.0) ** 2))
-    return Probe(
-        corners,
-        across,
-        np.maximum(np.linalg.norm(image, axis=1), 0.2),
-        weight / max(weight.sum(), 1e-9),
-        line.gain,
-    )
+    return across, np.maximum(np.linalg.norm(image, axis=1), 0.2), area
 
 
 def _distances(curve, points):
