@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from bakery.generators.fold_lines import ACTIONS, REFERENCE, subject_lines
-from bakery.generators.wrinkles import across_faces, mirror_landmarks
+from bakery.generators.wrinkles import across_faces, fold_knots, mirror_landmarks
 from bakery.geometry.curve import spline
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.noise import value_noise
@@ -159,12 +159,8 @@ def _within(columns, low, high):
 
 def _curve(line, marks, mirror):
     """Points [SAMPLES, 3] along a line."""
-    knots = [
-        sum(w * marks[i if mirror is None else mirror[i]] for i, w in mix.items())
-        / sum(mix.values())
-        for mix in line.points
-    ]
-    return spline(np.array(knots) + line.shift * [-1 if line.left else 1, 1, 1], SAMPLES)
+    knots = fold_knots(line, marks, mirror)
+    return spline(knots + line.shift * [-1 if line.left else 1, 1, 1], SAMPLES)
 
 
 def _onto(points, curve):

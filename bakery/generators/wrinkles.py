@@ -12,6 +12,7 @@ from bakery.geometry.curve import spline
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.noise import value_noise
 
+SAMPLES = 24  # points of a fold's curve
 # Lines in the 478-point order, the subject's right side; the left side mirrors them. Each is a list
 # of points, a point a mix of landmarks. width: mm from the valley to its shoulder.
 BROW = (70, 63, 105, 66, 107)
@@ -56,16 +57,15 @@ def right_lines():
     return lines
 
 
-def _curve(line, landmarks, mirror, samples=24):
-    """Points [samples, 3] along a line, a Catmull-Rom curve through its mixed landmarks."""
-    knots = np.array(
+def fold_knots(line, landmarks, mirror=None):
+    """Points [n, 3] that a line's mixes of landmarks say, on the other side with a mirror."""
+    return np.array(
         [
             sum(w * landmarks[mirror[i] if mirror is not None else i] for i, w in point.items())
             / sum(point.values())
             for point in line.points
         ]
     )
-    return spline(knots, samples)
 
 
 def mirror_landmarks(landmarks):
@@ -123,7 +123,7 @@ def wrinkle_map(head, neutral, points, seed=0, kinds=None):
         if kinds is not None and line.name not in kinds:
             continue
         for flip in (None, mirror):
-            curve = _curve(line, landmarks, flip)
+            curve = spline(fold_knots(line, landmarks, flip), SAMPLES)
             margin = 8 * line.width
             rows = np.flatnonzero(
                 ((points > curve.min(0) - margin) & (points < curve.max(0) + margin)).all(1)
