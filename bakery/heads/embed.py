@@ -25,6 +25,7 @@ from bakery.types import EXPRESSION_INDEX
 
 EMBEDDINGS = Path(__file__).resolve().parent.parent / "assets" / "embeddings"
 SIZE = 720  # pixels of the picture that points are cast in
+OUTLINE = (15.0, 25.0)  # mm: what lies this far below a surface, and this far behind it, is throat
 
 
 def _numbers(text):
@@ -171,6 +172,7 @@ def cast(head, vertices, camera, points, groups):
         cameras.project_camera(there, view), -there[:, 2], head.faces[shown], (SIZE, SIZE), True
     )
     face = np.where(seen.face >= 0, shown[np.maximum(seen.face, 0)], -1)
+    face[beneath(seen.depth, cameras.pixels_per_mm(view))] = -1
     at = np.clip((points - corner) * SIZE / reach, 0, SIZE - 1).astype(int)
     faces, barycentric = np.zeros(FACE, int), np.zeros((FACE, 3))
     for chosen, allowed in groups:
@@ -185,6 +187,17 @@ def cast(head, vertices, camera, points, groups):
         faces[chosen] = face[row, column]
         barycentric[chosen] = seen.barycentric[row, column]
     return faces, barycentric
+
+
+def beneath(depth, per_mm):
+    """Where a surface lies far behind another just above it [H, W] bool: the throat under a jaw.
+
+    The outline of a jaw that is longer in a photo than on the mean head would land there.
+    """
+    seen = np.where(np.isfinite(depth), depth, depth[np.isfinite(depth)].max())
+    rows = int(OUTLINE[0] * per_mm) + 1
+    above = cv2.erode(seen, np.ones((rows, 1)), anchor=(0, rows - 1))
+    return seen - above > OUTLINE[1]
 
 
 def closest(points, triangles):

@@ -133,10 +133,11 @@ def _cut_out(photo, cover, points, fit, head, vertices, resolution):
     # A face takes about half of the atlas's side; 1.2 pixels a texel lose nothing when sampled.
     scale = min(1.0, 1.2 * 0.55 * resolution / max(np.ptp(face[:, 1]), 1))
     x0, y0, x1, y1 = *low.astype(int), *high.astype(int)
-    size = (max(int((x1 - x0) * scale), 8), max(int((y1 - y0) * scale), 8))
 
     def shrink(part):
-        return cv2.resize(part, size, interpolation=cv2.INTER_AREA) if scale < 1 else part
+        # By the very scale of the camera: to whole pixels a side, the far end lies a pixel beside.
+        area = cv2.INTER_AREA
+        return cv2.resize(part, None, fx=scale, fy=scale, interpolation=area) if scale < 1 else part
 
     linear = shrink(to_linear(photo.encoded[y0:y1, x0:x1]))
     camera = cameras.crop(fit.camera, x0, y0, linear.shape[1], linear.shape[0], scale)

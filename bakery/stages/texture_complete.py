@@ -10,7 +10,7 @@ from bakery.geometry.color import LUMA
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.noise import value_noise
-from bakery.geometry.sample import bilinear
+from bakery.geometry.sample import bicubic, bilinear
 from bakery.landmarks import EYES, LIPS_INNER, OVAL
 from bakery.stages.atlas import soften, uv_polygon
 
@@ -107,7 +107,7 @@ def complete_skin(linear, cover, points, fit, head, vertices, atlas, sight):
     weight = np.maximum(weight, sight.visible * bilinear(rims(points, linear.shape[:2]), pixels))
     mask = open_lids(cover.skin, points, cover.before)
     weight *= smoothstep(0.5, 0.95, bilinear(mask, pixels))
-    color = bilinear(linear, pixels)
+    color = np.maximum(bicubic(linear, pixels), 0)
 
     # Light is taken out before anything is continued across the head, and put back at the end.
     turn = rotation.matrix(fit.camera.rotation)

@@ -1,7 +1,8 @@
 """Training pairs of the generator, and the shards that hold them.
 
-A shard is one safetensors file: pictures as PNG or JPEG bytes behind each other with their offsets,
-the numbers as arrays. The neutral photo is kept once for all targets of a subject.
+A shard is one safetensors file: pictures as PNG bytes behind each other with their offsets, the
+numbers as arrays. The neutral photo is kept once for all targets of a subject. Nothing is lost: JPEG
+of quality 96 took a third of the space and 0.002 of the similarity of pictures that are alike.
 """
 
 import json
@@ -14,9 +15,8 @@ import numpy as np
 from bakery.errors import InputError
 from bakery.formats.files import write_bytes
 
-PHOTO_QUALITY = 96  # of the JPEG, 4:4:4: mean error 0.9 levels on painted skin
 NAME = "pairs-{:05d}.safetensors"
-VERSION = "2"
+VERSION = "3"
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,10 @@ class PaintedPair:
     head: str  # name of the head model
 
 
-COLORS = ("photo", "target", "deformed")  # JPEG
-PLANES = ("photo_face", "normals", "depth", "gaze", "part", "face", "strain", "folds")  # PNG
+PLANES = (
+    "photo", "target", "deformed", "photo_face", "normals", "depth", "gaze", "part", "face", "strain",
+    "folds",
+)  # fmt: skip
 PAIRED = ("gaze", "strain", "folds")  # of two channels
 ONCE = ("photo", "photo_face")  # the same for all targets of a subject
 NUMBERS = ("landmarks", "expression", "gaze_angles", "yaw", "pitch", "subject")
@@ -57,12 +59,6 @@ NUMBERS = ("landmarks", "expression", "gaze_angles", "yaw", "pitch", "subject")
 
 def _pack(name, picture):
     """A picture as the bytes of its image file."""
-    if name in COLORS:
-        flags = [
-            cv2.IMWRITE_JPEG_QUALITY, PHOTO_QUALITY,
-            cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
-        ]  # fmt: skip
-        return cv2.imencode(".jpg", picture[..., ::-1], flags)[1]
     if name == "normals":
         picture = picture.view(np.uint8)
     if name in PAIRED:  # PNG has no two channels
@@ -72,8 +68,6 @@ def _pack(name, picture):
 
 def _unpack(name, data):
     picture = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
-    if name in COLORS:
-        return np.ascontiguousarray(picture[..., ::-1])
     if name == "normals":
         return picture.view(np.int8)
     return np.ascontiguousarray(picture[..., :2]) if name in PAIRED else picture
@@ -92,7 +86,7 @@ def write_shard(path, pairs, about=None):
     """
     from safetensors.numpy import save
 
-    stored = {name: [] for name in (*COLORS, *PLANES)}
+    stored = {name: [] for name in PLANES}
     numbers = {name: [] for name in NUMBERS}
     which, heads, last = [], [], None
     for pair in pairs:
@@ -161,7 +155,7 @@ class Shard:
     def __getitem__(self, k):
         if not 0 <= k < len(self):
             raise IndexError(k)
-        pictures = {name: self.picture(name, k) for name in (*COLORS, *PLANES)}
+        pictures = {name: self.picture(name, k) for name in PLANES}
         numbers = {name: self._arrays[name][k] for name in NUMBERS}
         numbers |= {name: float(numbers[name]) for name in ("yaw", "pitch")}
         return PaintedPair(

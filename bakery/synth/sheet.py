@@ -3,7 +3,7 @@
 import numpy as np
 
 from bakery.errors import InputError
-from bakery.synth.pairs import COLORS, iterate
+from bakery.synth.pairs import iterate
 
 COLUMNS = 8
 
@@ -38,7 +38,7 @@ def contact_sheet(folder, count=64, whole=False):
         np.hstack([pair.photo, pair.deformed, pair.target]) if whole else pair.target
         for pair in chosen
     ]
-    columns = COLUMNS // len(COLORS) if whole else COLUMNS
+    columns = COLUMNS // 3 if whole else COLUMNS
     blank = np.zeros_like(shown[0])
     shown += [blank] * (-len(shown) % columns)
     return np.vstack([np.hstack(shown[k : k + columns]) for k in range(0, len(shown), columns)])

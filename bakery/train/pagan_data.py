@@ -29,6 +29,8 @@ class Cropping:
     mouth_weight: float = 4.0  # of a pixel inside the outer lips, plain skin 1
     eye_weight: float = 2.0
     whole: float = 0.0  # share of samples that show the whole frame, made smaller
+    # Share of crops that are cut at whole pixels: resampled ones lack the finest detail of frames.
+    exact: float = 0.0
     color: float = 0.25  # spread of the log-gain of light and skin tone
 
 
@@ -129,7 +131,9 @@ class Samples(Dataset):
         if cropping.whole and rng.random() < cropping.whole:
             return 0.0, 0.0, float(side)
         points = layers["landmarks"]
-        window = cropping.size * side / NOMINAL * np.exp(rng.uniform(-SCALES, SCALES))
+        exact = cropping.exact and rng.random() < cropping.exact
+        scale = 1.0 if exact else np.exp(rng.uniform(-SCALES, SCALES))
+        window = cropping.size * side / NOMINAL * scale
         kind = rng.random()
         if kind < cropping.mouth:
             center, spread = points[LIPS].mean(0), 0.12
@@ -140,6 +144,8 @@ class Samples(Dataset):
             center, spread = rng.uniform(low, high), 0.0
         center = center + rng.normal(0, 1, 2) * spread * window
         left, top = np.clip(center - window / 2, 0, max(side - window, 0))
+        if exact:
+            left, top = np.floor([left, top])
         return float(left), float(top), float(window)
 
 
@@ -173,10 +179,13 @@ def tensors(layers, size, window=None, flip=False, tone=None):
     scale = size / width
     matrix = np.array([[scale, 0, -left * scale], [0, scale, -top * scale]])
     matrix[:, 2] += 0.5 * scale - 0.5  # pixel centres lie at +0.5
+    exact = scale == 1 and left == int(left) and top == int(top)
     out = {}
     for group in GROUPS:
         picture = np.concatenate([layers[name] for name in group], -1)
-        if window is not None or size != side:
+        if exact:
+            picture = picture[int(top) : int(top) + size, int(left) : int(left) + size]
+        else:
             flags = cv2.INTER_LINEAR if scale > 0.8 else cv2.INTER_AREA
             picture = (
                 cv2.resize(picture, (size, size), interpolation=flags)

@@ -41,6 +41,13 @@ def test_landmarks_are_on_their_sides(head):
     assert opened[14, 1] < opened[13, 1] - 10
 
 
+def test_the_outline_lies_on_the_jaw_not_on_the_throat(head):
+    """Along the jaw each point is nearer to the camera than the one before it, to the chin."""
+    jaw = head.landmarks(head.mean)[[58, 172, 136, 150, 149, 176, 148, 152]]
+    assert (np.diff(jaw[:, 2]) > 0).all()
+    assert jaw[0, 2] > -45
+
+
 def test_a_wrong_folder_says_so(tmp_path):
     with pytest.raises(InputError, match="generic_neutral_mesh.obj"):
         ict.read(tmp_path)

@@ -148,6 +148,18 @@ def test_twenty_eight_teeth():
     assert (signs == signs[0]).all()
 
 
+def test_a_throat_lies_beneath_a_jaw_and_a_cheek_beneath_nothing():
+    """Two millimetres a pixel: a wall, 40 mm behind below row 20, and a slope to the right of it."""
+    depth = np.full((40, 60), 500.0, np.float32)
+    depth[20:, :30] = 540
+    depth[:, 40:] += 4 * np.arange(20)
+    depth[:, 58:] = np.inf
+    hidden = embed.beneath(depth, 0.5)
+    expected = np.zeros((40, 60), bool)
+    expected[20:27, :30] = True  # 15 mm are 7 pixels; further down nothing is near
+    np.testing.assert_array_equal(hidden[:, :58], expected[:, :58])
+
+
 def test_affine_carry_is_exact_for_affine_moves():
     rng = np.random.default_rng(1)
     points, targets = rng.normal(size=(30, 3)), rng.normal(size=(9, 3))

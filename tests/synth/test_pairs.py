@@ -45,9 +45,6 @@ def test_pairs_come_back(tmp_path):
     for one, other in zip(pairs, back):
         for name in (*PLANES, "landmarks", "expression", "gaze_angles"):
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
-        for name in ("photo", "target", "deformed"):  # JPEG at quality 96 of a ramp
-            off = getattr(one, name).astype(int) - getattr(other, name)
-            assert np.abs(off).max() <= 4, name
         assert (other.yaw, other.pitch, other.subject, other.head) == (12.5, -3, one.subject, "toy")
 
 
