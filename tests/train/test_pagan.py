@@ -106,6 +106,29 @@ def test_flipping_mirrors_pictures_and_normals(shards):
     assert torch.equal(normals, flipped["normals"].int())
 
 
+def test_exact_crops_are_pieces_of_their_pair(shards, monkeypatch):
+    """Every pixel of a crop is one of the pair's; a resampled one has others in between."""
+    monkeypatch.setattr(pagan_data, "NOMINAL", SIDE)
+
+    def pieces(exact):
+        pairs = Pairs([shards], Cropping(size=32, exact=exact, color=0))
+        samples = Samples(pairs, 0, 6)
+        normals = [
+            s["normals"].permute(1, 2, 0).reshape(-1, 3) for s in map(samples.__getitem__, range(6))
+        ]
+        seen = {tuple(row) for part in normals for row in part.tolist()}
+        whole = {
+            tuple(row)
+            for person in pairs.train[0]
+            for shard, k, _ in person
+            for row in pairs.decoded(shard, k)["normals"].reshape(-1, 3).tolist()
+        }
+        flipped = {(256 - x if x else 0, y, z) for x, y, z in whole}
+        return seen <= whole | flipped
+
+    assert pieces(1.0) and not pieces(0.0)
+
+
 def test_decoded_pairs_are_forgotten_in_time(shards):
     pairs = Pairs([shards], Cropping(size=32), memory=0)
     for person in pairs.train[0]:
