@@ -22,11 +22,11 @@ from bakery.generators.shade import EYES, MOUTH, is_part
 from bakery.geometry import camera as cameras
 from bakery.geometry.sample import bilinear, interpolate
 
-# Log of linear light by which a frame may differ from its own picture: 4 levels of 255 on skin, 11 on
+# Log of linear light by which a frame may differ from its own picture: 5 levels of 255 on skin, 16 on
 # teeth, whose tone the generator knows least. More was not looked at; it would lag.
-REACH, MOUTH_REACH = 0.07, 0.2
+REACH, MOUTH_REACH = 0.09, 0.3
 KEEP = 0.93  # share of that difference in the next frame: half is gone in 10 frames
-TONE = 1.0  # mm, over which it is taken on skin: lines are the frame's own and come at once
+TONE = 0.75  # mm, over which it is taken on skin: lines are the frame's own and come at once
 BLACK = 0.004  # linear light; shares of what is much darker say nothing
 SAME = 0.005  # of the atlas: two pixels further apart show different places of the face
 

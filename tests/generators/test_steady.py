@@ -130,8 +130,8 @@ def test_a_step_is_shown_in_its_own_frame_but_for_the_reach(drawn, play):
 
 
 def test_lines_come_with_their_frame(head, drawn, play):
-    """Stripes of 1.5 mm appear: their mean is carried, the stripes are not."""
-    seen = drawn()
+    """Stripes of 1.5 mm, of 4 pixels each, appear: their mean is carried, the stripes are not."""
+    seen = drawn(cameras.crop(CAMERA, 48, 48, 256, 256, 8 / 3))
     place = interpolate(seen.fragments, seen.vertices[head.faces])
     lines = np.sin(2 * np.pi * place[..., 1:2] / 1.5)
     front = skin_of(seen) & (seen.normals[..., 2] > 0.9)
