@@ -34,11 +34,9 @@ def contact_sheet(folder, count=64, whole=False):
     sizes = {pair.target.shape for pair in chosen}
     if len(sizes) > 1:
         raise InputError(f"{folder}: pictures of several sizes; give a folder painted at one size")
-    shown = [
-        np.hstack([pair.photo, pair.deformed, pair.target]) if whole else pair.target
-        for pair in chosen
-    ]
-    columns = COLUMNS // 3 if whole else COLUMNS
+    names = ("photo", "deformed", "target") if whole else ("target",)
+    shown = [np.hstack([getattr(pair, name) for name in names]) for pair in chosen]
+    columns = COLUMNS // len(names)
     blank = np.zeros_like(shown[0])
     shown += [blank] * (-len(shown) % columns)
     return np.vstack([np.hstack(shown[k : k + columns]) for k in range(0, len(shown), columns)])

@@ -15,6 +15,7 @@ from bakery.generators.hints import hints
 from bakery.generators.planes import encode
 from bakery.geometry.color import LUMA, to_linear
 from bakery.geometry.fill import diffuse
+from bakery.geometry.sample import bicubic
 from bakery.heads.base import PARTS
 from bakery.sitter import Sitter
 from bakery.synth.pairs import NAME, PaintedPair, write_shard
@@ -130,6 +131,6 @@ def registered(target, deformed, face, part):
     length = np.linalg.norm(flow, axis=-1, keepdims=True)
     flow = flow * np.minimum(1, FLOW_LIMIT / np.maximum(length, 1e-6))
     size = target.shape[0]
-    where = np.stack(np.meshgrid(*[np.arange(size)] * 2), -1) + flow
+    where = np.stack(np.meshgrid(*[np.arange(size) + 0.5] * 2), -1) + flow
     # Cubic: the photo has been resampled once already, and what is fine is to be learned too.
-    return cv2.remap(target, where.astype(np.float32), None, cv2.INTER_CUBIC)
+    return bicubic(target, where.astype(np.float32))

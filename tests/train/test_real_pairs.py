@@ -115,11 +115,11 @@ def test_a_photo_paired_with_itself(shard):
         inside = (pair.face > 250) & (pair.part == SKIN)
         assert inside.mean() > 0.15
         difference = np.abs(pair.target.astype(int) - pair.deformed)[inside]
-        # Unwrapped and drawn again, through a texture of 1024 texels and JPEG: a few levels.
+        # Unwrapped and drawn again, through a texture of 1024 texels: a few levels.
         assert difference.mean() < 4
         low, high = pair.landmarks.min(0), pair.landmarks.max(0)
         assert_allclose(high[1] - low[1], 0.78 * 512, rtol=0.01)
-        # Nothing is left of the background; JPEG rings for a block of 8 pixels beside an edge.
+        # Nothing is left of the background, but for what sampling spreads beside an edge.
         beside = cv2.erode((pair.part == NONE).astype(np.uint8), np.ones((19, 19))) > 0
         assert beside.mean() > 0.05 and pair.photo[beside].max() <= 2
 
