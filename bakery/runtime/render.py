@@ -131,11 +131,14 @@ def portrait_at(avatar, camera):
     Returns:
         the avatar as `over_photo` wants it, and its photo [H, W, 3] float32 linear.
     """
-    size = (camera.width, camera.height)
-    shrinks = camera.width < avatar.photo.shape[1]
-    photo = cv2.resize(
-        avatar.photo, size, interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
-    )
+    # By the camera's own scale: in a picture of whole (for videos, even) pixels that were stretched to
+    # fit, its far edge would lie up to a pixel beside the face.
+    scale = camera.focal / avatar.fit.camera.focal
+    smooth = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+    photo = cv2.resize(avatar.photo, None, fx=scale, fy=scale, interpolation=smooth)
+    right, below = camera.width - photo.shape[1], camera.height - photo.shape[0]
+    photo = cv2.copyMakeBorder(photo, 0, max(below, 0), 0, max(right, 0), cv2.BORDER_REPLICATE)
+    photo = photo[: camera.height, : camera.width]
     portrait = replace(avatar, fit=replace(avatar.fit, camera=camera))
     return portrait, to_linear(photo).astype(np.float32)
 

@@ -18,7 +18,6 @@ import cv2
 import numpy as np
 import torch
 from torch import distributed, nn
-from torch.nn import functional
 from torch.utils.data import DataLoader, Subset
 
 from bakery.detectors.blocks import unfold
@@ -155,20 +154,37 @@ def _join():
 
 
 def widened(network, options):
-    """The tensors of a folded network for more inputs, to which it is blind as yet.
+    """The tensors of a folded network for a larger one that says the same.
+
+    New inputs count for nothing as yet; new channels take from all, but nothing that was there
+    before takes from them.
+
+    Args:
+        network: UNet, folded.
+        options: NetworkOptions of the larger: more inputs after those known, more channels a level.
 
     Raises:
-        InputError: its inputs are not the first of those wanted.
+        InputError: it is not larger, or another kind of network.
     """
-    known = network.options.inputs
-    if options.inputs[: len(known)] != known:
+    known = network.options
+    if options.inputs[: len(known.inputs)] != known.inputs:
         raise InputError(
-            f"begin: those weights look at {', '.join(known)}; network.inputs must begin with them"
+            f"begin: those weights look at {', '.join(known.inputs)}; network.inputs must begin with "
+            "them"
         )
-    state = network.state_dict()
-    more = 4 * sum(INPUTS[name] for name in options.inputs[len(known) :])
-    stem = state["stem.conv.weight"]
-    return state | {"stem.conv.weight": functional.pad(stem, (0, 0, 0, 0, 0, more))}
+    grown = UNet(options, folded=True).state_dict()
+    old = network.state_dict()
+    if old.keys() != grown.keys() or any(
+        few > many for name in old for few, many in zip(old[name].shape, grown[name].shape)
+    ):
+        raise InputError(
+            f"begin: those weights are of channels {known.channels}, {known.blocks} blocks and head "
+            f"{known.head}; give as many levels, at least as many channels, the same blocks and head"
+        )
+    for name, tensor in grown.items():
+        tensor[: len(old[name])] = 0
+        tensor[tuple(slice(size) for size in old[name].shape)] = old[name]
+    return grown
 
 
 def rate_at(step, options):

@@ -1,15 +1,18 @@
 """Takes played: what a frame shows, order, interruption, sound."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 
 from bakery.errors import InputError
 from bakery.formats.video import Clip, Note
+from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_encoded, to_linear
 from bakery.runtime import animate
 from bakery.runtime.animate import Show, Stage, parse_frames, write_video
-from bakery.runtime.render import draw, over_gray, over_photo
+from bakery.runtime.render import draw, over_gray, over_photo, portrait_at
 
 NOTE = Note("a note", "http://cv.iptc.org/newscodes/digitalsourcetype/compositeSynthetic")
 SMALL = Show(size=96)
@@ -29,8 +32,6 @@ def test_frames_come_in_order_and_are_those_of_the_reference(noise_avatar, short
 
 def test_the_head_turns_as_the_take_says(noise_avatar, short_take):
     """The nose moves to the subject's left, which is the picture's right, and down; roll tilts."""
-    from bakery.geometry import camera as cameras
-
     stage = Stage(noise_avatar, short_take, SMALL)
     points = noise_avatar.head.landmarks(noise_avatar.neutral)
     first, last = (cameras.project(points, stage.camera_of(index)) for index in (0, 11))
@@ -40,6 +41,21 @@ def test_the_head_turns_as_the_take_says(noise_avatar, short_take):
     assert brow[0] - chin[0] > (first[10] - first[152])[0] + 2  # top to the left shoulder
     photo = Stage(noise_avatar, short_take, Show(view="photo", size=96))
     assert photo.camera_of(11) is photo.camera
+
+
+def test_the_photo_lies_where_its_scaled_camera_sees_it(noise_avatar):
+    """Each pixel says where in the photo it comes from: to a tenth of a pixel, at the far edge too."""
+    height, width = noise_avatar.photo.shape[:2]
+    rows, columns = np.mgrid[:height, :width] + 0.5
+    told = np.stack([columns, rows, rows], -1).astype(np.float32) / 1000
+    for scale in (0.61, 1.13):
+        size = (round(width * scale / 2) * 2, round(height * scale / 2) * 2)
+        camera = cameras.crop(noise_avatar.fit.camera, 0, 0, *size, scale)
+        _, found = portrait_at(replace(noise_avatar, photo=told), camera)
+        assert found.shape == (size[1], size[0], 3)
+        places = to_encoded(found)[..., :2] * 1000 * scale
+        wanted = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in size)), -1)
+        assert np.abs(places - wanted)[2:-2, 2:-2].max() < 0.1
 
 
 def test_in_the_photo(noise_avatar, short_take):
@@ -52,8 +68,6 @@ def test_in_the_photo(noise_avatar, short_take):
     photo = cv2.resize(noise_avatar.photo, (90, 120), interpolation=cv2.INTER_AREA)
     expected = to_encoded(over_photo(stage.portrait, frame, vertices, to_linear(photo)))
     assert np.quantile(np.abs(picture / 255 - expected), 0.99) < 1.5 / 255
-    from dataclasses import replace
-
     with pytest.raises(InputError, match="--keep-photo"):
         Stage(replace(noise_avatar, photo=None), short_take, Show(view="photo"))
 

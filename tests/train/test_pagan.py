@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 from bakery.errors import InputError, ModelError
 from bakery.evaluate.metrics import ssim
 from bakery.generators import pagan as inference
-from bakery.generators.unet import Change, NetworkOptions, UNet
+from bakery.generators.unet import INPUTS, Change, NetworkOptions, UNet
 from bakery.heads.base import PARTS
 from bakery.synth.pairs import PaintedPair, write_shard
 from bakery.train import pagan, pagan_data, pagan_losses
@@ -270,6 +270,23 @@ def test_a_run_may_look_at_more_than_the_weights_it_begins_with(shards, tmp_path
     with pytest.raises(InputError, match="must begin with"):
         begin = str(tmp_path / "w.safetensors")
         list(pagan.train(tmp_path / "two", [shards], options(network=other, begin=begin)))
+
+
+def test_a_run_may_have_more_channels_than_the_weights_it_begins_with(shards, tmp_path):
+    few = NetworkOptions(channels=(8, 8))
+    list(pagan.train(tmp_path / "one", [shards], options(steps=20, rate=1e-2, network=few)))
+    export([tmp_path / "one"], tmp_path / "w.safetensors")
+    small = inference.load(tmp_path / "w.safetensors").network
+    wide = NetworkOptions(channels=(12, 8))
+    large = UNet(wide, folded=True)
+    large.load_state_dict(pagan.widened(small, wide))
+    x = torch.rand(1, sum(INPUTS.values()), 16, 16)
+    assert_allclose(large(x).detach(), small(x).detach(), atol=1e-5)  # order of the sums
+    torch.nn.functional.mse_loss(large(x), torch.zeros(1, 7, 16, 16)).backward()
+    assert large.head.weight.grad[:, 8:].abs().min() > 0  # what is new can learn
+    for other in (NetworkOptions(channels=(4, 8)), NetworkOptions(channels=(8, 8, 8))):
+        with pytest.raises(InputError, match="as many levels"):
+            pagan.widened(small, other)
 
 
 def test_a_stopped_run_goes_on_with_the_same_curve(shards, tmp_path):
