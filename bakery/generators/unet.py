@@ -34,7 +34,7 @@ ALPHA_BIAS = -3.0  # alpha begins at 0.05
 class NetworkOptions:
     """The shape of a network."""
 
-    channels: tuple[int, ...] = (16, 32, 64, 96, 128)  # at 1/2, 1/4, ... of the picture's side
+    channels: tuple[int, ...] = (24, 48, 96, 128, 160)  # at 1/2, 1/4, ... of the picture's side
     blocks: int = 1  # residual blocks a level, on the way down and on the way up
     head: str = "change"  # or "plain": the paper's picture
     inputs: tuple[str, ...] = tuple(INPUTS)
