@@ -6,6 +6,7 @@ crop has surroundings.
 """
 
 import json
+from copy import deepcopy
 from pathlib import Path
 
 import cv2
@@ -56,7 +57,10 @@ class PaganGenerator:
         torch.set_num_threads(1)
         self.network = network.eval().to(memory_format=torch.channels_last)
         self._folds = FoldMaps(BORROWED)
-        self.half = torch.cpu._is_avx512_bf16_supported() if half is None else half
+        half = torch.cpu._is_avx512_bf16_supported() if half is None else half
+        # A copy, once: autocast rounds all weights again for each of 300 mouths. The bits are the same.
+        self._type = torch.bfloat16 if half else torch.float32
+        self._rounded = deepcopy(self.network).to(self._type)
 
     def generate(self, subject, conditions, interior_only=False):
         """Paint one target of a subject (generators.base.Generator).
@@ -132,8 +136,8 @@ class PaganGenerator:
         }
         with torch.inference_mode():
             x = network_input(batch, self.network.options.inputs)
-            with torch.autocast("cpu", torch.bfloat16, enabled=self.half):
-                outputs = self.network(x.contiguous(memory_format=torch.channels_last))
+            x = x.to(self._type).contiguous(memory_format=torch.channels_last)
+            outputs = self._rounded(x)
             parts = torch.cat(parts_of(outputs), 1)[0]
         return parts[:, :height, :width].permute(1, 2, 0).contiguous().numpy()
 
