@@ -55,12 +55,12 @@ class PaganGenerator:
         # Pictures are painted side by side (bakery.parallel); one that is split between cores as
         # well takes 1.3 to 1.7 times the processor time.
         torch.set_num_threads(1)
-        self.network = network.eval().to(memory_format=torch.channels_last)
+        self.network = network.eval()
         self._folds = FoldMaps(BORROWED)
         half = torch.cpu._is_avx512_bf16_supported() if half is None else half
         # A copy, once: autocast rounds all weights again for each of 300 mouths. The bits are the same.
         self._type = torch.bfloat16 if half else torch.float32
-        self._rounded = deepcopy(self.network).to(self._type)
+        self._rounded = deepcopy(network).to(self._type, memory_format=torch.channels_last)
 
     def generate(self, subject, conditions, interior_only=False):
         """Paint one target of a subject (generators.base.Generator).

@@ -287,6 +287,10 @@ def test_a_run_may_have_more_channels_than_the_weights_it_begins_with(shards, tm
     for other in (NetworkOptions(channels=(4, 8)), NetworkOptions(channels=(8, 8, 8))):
         with pytest.raises(InputError, match="as many levels"):
             pagan.widened(small, other)
+    # A picture's three outputs are no log-ratio, though they would fit in.
+    plain = UNet(NetworkOptions(channels=(8, 8), head="plain"), folded=True)
+    with pytest.raises(InputError, match="head plain"):
+        pagan.widened(plain, few)
 
 
 def test_a_stopped_run_goes_on_with_the_same_curve(shards, tmp_path):
