@@ -3,6 +3,7 @@
 import os
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
+from threading import Thread
 
 MOST = 8  # threads; each holds the buffers of its own picture
 
@@ -26,3 +27,8 @@ def side_by_side(work, items):
         finally:
             for task in waiting:
                 task.cancel()
+
+
+def ahead(work, *given):
+    """Begin work(*given) on a core that is idle now; who needs its outcome makes sure of it itself."""
+    Thread(target=work, args=given, daemon=True).start()

@@ -95,8 +95,10 @@ def times(photo, head, generator):
     from bakery.evaluate import generator_speed
     from bakery.generators import pagan
 
-    _line({"steps": generator_speed.stages(photo, head, generator)})
-    _line({"network": generator_speed.measure(pagan.load())})
+    seconds, pictures = generator_speed.stages(photo, head, generator)
+    _line({"steps": seconds})
+    if pictures:
+        _line({"network": generator_speed.measure(pagan.load(), pictures)})
 
 
 @click.command(cls=options.Command)

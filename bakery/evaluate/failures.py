@@ -9,7 +9,7 @@ from bakery.formats.image import read_photo, write_image
 from bakery.heads.base import weights
 from bakery.heads.clay import labelled, tile
 from bakery.pipeline import Request, build
-from bakery.runtime.preview import SMILE, portrait
+from bakery.runtime.preview import SMILE, portraits
 from bakery.steps import open_avatar
 from bakery.synth.failures import CASES, chosen, paint_case
 
@@ -50,10 +50,9 @@ def outcomes(head, folder, options, names=None):
         write_image(photo, paint_case(head, name))
         findings = build(Request(photo=photo, output=bundle, options=options, overwrite=True))
         avatar = open_avatar(bundle)
-        portraits = [
-            portrait(avatar, weights(named), (0, 0), 0.0, SIDE, SHARE) for named in ({}, SMILE)
-        ]
-        row = [labelled(_cut(read_photo(photo).encoded), name), *portraits]
+        wanted = [(weights(named), (0, 0), 0.0) for named in ({}, SMILE)]
+        shown = [picture / 255 for picture in portraits(avatar, wanted, SIDE, SHARE)]
+        row = [labelled(_cut(read_photo(photo).encoded), name), *shown]
         yield Outcome(name, CASES[name].what, findings, np.concatenate(row, 1))
 
 

@@ -2,19 +2,20 @@
 
 import tempfile
 import time
+from collections import Counter
+from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from bakery import pipeline
+from bakery import pipeline, steps
 from bakery.generators.pagan import PaganGenerator
 from bakery.generators.plain import seconds_of_plain_unet
 from bakery.generators.unet import INPUTS
 from bakery.parallel import side_by_side
 
-FRAME, EYES, MOUTH = (512, 512), (128, 288), (192, 192)  # height, width as the network sees them
-KEYS, GAZES, MOUTHS = 6 * 3, 20, 300  # pictures of one avatar
+FRAME = (512, 512)  # height, width
 
 
 def stages(photo, head, generator):
@@ -24,10 +25,12 @@ def stages(photo, head, generator):
         photo: path; head, generator: their names.
 
     Returns:
-        {step or kind of texture: seconds, "all": seconds}.
+        {step or kind of texture: seconds, "all": seconds}, and the pictures that the network was
+        given: {(height, width): count}, empty for a generator without one.
     """
-    marks = []
-    with tempfile.TemporaryDirectory() as folder:
+    marks, given = [], []
+    made = steps.plug_in("generators", generator)
+    with tempfile.TemporaryDirectory() as folder, _noted(made, given):
         output = Path(folder) / "timed.avatar"
         pipeline.build(
             pipeline.Request(Path(photo), output, head=head, generator=generator),
@@ -38,31 +41,54 @@ def stages(photo, head, generator):
     for (name, before), (_, after) in pairwise(marks):
         out[name] = out.get(name, 0.0) + after - before
     out["all"] = sum(out.values())
-    return {name: round(seconds, 2) for name, seconds in out.items()}
+    return {name: round(seconds, 2) for name, seconds in out.items()}, dict(Counter(given))
 
 
-def measure(generator: PaganGenerator):
-    """Seconds of the network's share of one avatar: 18 frames, 20 eye strips, 300 mouths.
+@contextmanager
+def _noted(generator, given):
+    """Append the size of every picture that a generator's network paints to a list."""
+    paint = getattr(generator, "paint", None)
+    if paint is not None:
+
+        def noting(layers):
+            given.append(layers["deformed"].shape[:2])
+            return paint(layers)
+
+        generator.paint = noting
+    try:
+        yield
+    finally:
+        if paint is not None:
+            del generator.paint
+
+
+def measure(generator: PaganGenerator, pictures, views=3):
+    """Seconds of the network's share of one avatar.
 
     Wall clock, pictures side by side on all cores as in a bake; "processor" is what all cores
-    together spent. The plain network of paGAN sees every picture as a frame, split between all
-    cores; it is timed on a few and multiplied.
+    together spent. The plain network of paGAN sees every picture as a frame, and each key in one
+    view, split between all cores; it is timed on a few and multiplied.
+
+    Args:
+        pictures: {(height, width): count} of a bake (`stages`).
+        views: frames of each key.
 
     Returns:
         dict of seconds, the first picture of each size left out.
     """
-    out, spent = {}, time.process_time()
-    for name, size, count in (
-        ("keys", FRAME, KEYS), ("gaze", EYES, GAZES), ("mouths", MOUTH, MOUTHS),
-    ):  # fmt: skip
+    out, spent = {}, 0.0
+    for size, count in pictures.items():
         layers = {plane: np.full((*size, n), 100, np.uint8) for plane, n in INPUTS.items()}
         generator.paint(layers)
-        start = time.perf_counter()
+        start, before = time.perf_counter(), time.process_time()
         for _ in side_by_side(lambda _, layers=layers: generator.paint(layers), range(count)):
             pass
+        name = f"{count} of {size[1]}x{size[0]}"
         out[name] = round(time.perf_counter() - start, 3)
+        spent += time.process_time() - before
     out["all"] = round(sum(out.values()), 3)
-    out["processor"] = round(time.process_time() - spent, 3)
-    out["plain_unet"] = round(seconds_of_plain_unet(FRAME, KEYS // 3 + GAZES + MOUTHS), 1)
+    out["processor"] = round(spent, 3)
+    frames = sum(n // views if size == FRAME else n for size, n in pictures.items())
+    out["plain_unet"] = round(seconds_of_plain_unet(FRAME, frames), 1)
     out["times_faster"] = round(out["plain_unet"] / out["all"], 1)
     return out

@@ -38,3 +38,5 @@ class Generator(Protocol):
 
         With `interior_only` the caller looks at eyes and mouth alone: skin may stay as it is.
         """
+
+    # May also have `get_ready(head)`: what its first picture of a person on this head would wait for.

@@ -7,7 +7,7 @@ as strain is. Whoever changes the lines of `fold_lines` changes what shipped wei
 """
 
 from dataclasses import dataclass, field
-from threading import Lock
+from threading import RLock
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear, interpolate
 from bakery.landmarks import FACE
+from bakery.parallel import side_by_side
 
 CHANNELS = 2  # height, and log of its shading
 FULL = np.array([0.8, 0.5], np.float32)  # mm, and log-ratio, that a byte reaches
@@ -27,7 +28,7 @@ TEXELS = 384  # a side of the map
 REACH = 30.0  # mm from the nearest landmark to where folds are kept
 DARK = 0.05  # least light that a slope's change is divided by
 
-_LOCK, _KEPT = Lock(), {}  # by mean head
+_LOCK, _KEPT = RLock(), {}  # by mean head
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +36,7 @@ class _Mean:
     """The folds of a mean head, as many people have them."""
 
     index: np.ndarray  # [N] flat texel numbers of the face
+    corners: np.ndarray  # [N, 3] vertices around the texels
     folds: Folds
     shine: np.ndarray  # [N, 9] spherical harmonics at the texels' normals
     bent: np.ndarray  # [N, 2, 9] their change for a slope of 1 mm a texel along u and along v
@@ -49,6 +51,13 @@ class _Mean:
             self.seen.clear()  # one bake has one light
             self.seen[key] = kept = kept.astype(np.float32)
         return kept
+
+    def cut(self, vertices):
+        """That of a piece of the head, which has some of the vertices [v]."""
+        rows = np.flatnonzero(np.isin(self.corners, vertices).all(1))
+        corners = np.searchsorted(vertices, self.corners[rows])
+        folds = self.folds.cut(rows, vertices)
+        return _Mean(self.index[rows], corners, folds, self.shine[rows], self.bent[rows])
 
 
 def fold_plane(head, expression, light, pixels, shape):
@@ -78,12 +87,17 @@ def fold_plane(head, expression, light, pixels, shape):
     return np.round(128 + 127 * np.clip(drawn / FULL, -1, 1)).astype(np.uint8)
 
 
+def get_ready(head):
+    """Draw a head's people now, in place of when its first picture is painted."""
+    _mean(head)
+
+
 def _mean(head):
     """The _Mean of a head; a person's own head shares that of its model."""
     with _LOCK:
         mean, kept = _KEPT.get(id(head.mean), (None, None))
         if mean is not head.mean:
-            kept = _built(head)
+            kept = _built(head) if head.whole is None else _mean(head.whole[0]).cut(head.whole[1])
             _KEPT[id(head.mean)] = (head.mean, kept)
     return kept
 
@@ -100,13 +114,17 @@ def _built(head):
         nearest = np.minimum(nearest, ((points - mark) ** 2).sum(1))
     rows = np.flatnonzero(nearest < REACH**2)
     index, number, weight, points = (part[rows] for part in (index, number, weight, points))
-    people = [make_folds(head, head.mean, points, np.random.default_rng(age), age) for age in AGES]
+    people = side_by_side(
+        lambda age: make_folds(head, head.mean, points, np.random.default_rng(age), age), AGES
+    )
     normals = np.einsum(
         "nk,nkc->nc", weight, vertex_normals(head.mean, head.faces)[head.faces[number]]
     )
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
     bent = -np.einsum("nsc,nkc->nks", harmonics.basis_jacobian(normals), _duals(head)[number])
-    return _Mean(index, joined(people), harmonics.basis(normals), np.ascontiguousarray(bent))
+    corners = head.faces[number]
+    bent = np.ascontiguousarray(bent)
+    return _Mean(index, corners, joined(list(people)), harmonics.basis(normals), bent)
 
 
 def _duals(head):

@@ -27,9 +27,11 @@ FULL = 1.25  # depth of a fold is held to this share of its full one
 class Folds:
     """All folds of one subject on one head shape."""
 
-    corners: np.ndarray  # [n, 3] vertices of the faces that feel each fold, fold by fold
-    across: np.ndarray  # [n, 2] the direction across the fold, in the edges of each face
-    length: np.ndarray  # [n] mm of that direction at rest
+    corners: np.ndarray  # [f, 3] vertices of the faces that feel any fold, each once
+    face: np.ndarray  # [n] which of them feel each fold, fold by fold
+    # [n, 3] of the square of the length across the fold over that at rest: its parts by the first
+    # edge's square, by the product of both edges, by the second's square
+    square: np.ndarray
     weight: np.ndarray  # [n] sum 1 for each fold
     begins: np.ndarray  # [folds + 1] where each fold's faces begin
     onset: np.ndarray  # [folds] loss of length at which the fold begins to show
@@ -42,7 +44,7 @@ class Folds:
     def depths(self, vertices):
         """0 at rest to FULL [folds]: how deep each fold is on a deformed shape [V, 3]."""
         return _depths(
-            np.ascontiguousarray(vertices, np.float32), self.corners, self.across, self.length,
+            np.ascontiguousarray(vertices, np.float32), self.corners, self.face, self.square,
             self.weight, self.begins, self.onset, self.gain,
         )  # fmt: skip
 
@@ -52,20 +54,66 @@ class Folds:
         _add(self.rows, self.height, self.ends, depths, out)
         return out
 
+    def cut(self, texels, vertices):
+        """The folds that show on some texels, felt by some vertices.
+
+        Args:
+            texels: [n] numbers of the texels, ascending; they are numbered anew.
+            vertices: [v] numbers of the vertices that a piece of the head has, likewise.
+        """
+        row, corners = _renumbered(texels, self.rows), _renumbered(vertices, self.corners)
+        whole = (corners >= 0).all(1)
+        drawn, felt = row >= 0, whole[self.face]
+        row_of = np.repeat(np.arange(len(self.onset)), np.diff(self.ends))
+        face_of = np.repeat(np.arange(len(self.onset)), np.diff(self.begins))
+        mass = np.bincount(face_of, self.weight * felt, len(self.onset))
+        kept = (np.bincount(row_of, drawn, len(self.onset)) > 0) & (mass > 0)
+        drawn, felt = drawn & kept[row_of], felt & kept[face_of]
+        return Folds(
+            corners=corners[whole].astype(np.int32),
+            face=(np.cumsum(whole) - 1)[self.face[felt]].astype(np.int32),
+            square=self.square[felt],
+            weight=(self.weight[felt] / mass[face_of[felt]]).astype(np.float32),
+            begins=_bounds(face_of[felt], kept),
+            onset=self.onset[kept],
+            gain=self.gain[kept],
+            rows=row[drawn].astype(np.int32),
+            height=self.height[drawn],
+            ends=_bounds(row_of[drawn], kept),
+            texels=len(texels),
+        )
+
+
+def _renumbered(kept, numbers):
+    """Where numbers [...] stand in the ascending list `kept` [n]; -1 for those that do not."""
+    place = np.minimum(np.searchsorted(kept, numbers), len(kept) - 1)
+    return np.where(kept[place] == numbers, place, -1)
+
+
+def _bounds(owner, kept):
+    """Where the entries of each kept owner begin, of entries sorted by owner [m]: [kept + 1]."""
+    return np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=len(kept))[kept])])
+
 
 @numba.njit(cache=True, nogil=True)
-def _depths(vertices, corners, across, length, weight, begins, onset, gain):
+def _depths(vertices, corners, face, square, weight, begins, onset, gain):
+    edges = np.zeros((len(corners), 3), np.float32)  # squares and product of each face's two edges
+    for f in range(len(corners)):
+        a, b, c = corners[f, 0], corners[f, 1], corners[f, 2]
+        for d in range(3):
+            first, second = vertices[b, d] - vertices[a, d], vertices[c, d] - vertices[a, d]
+            edges[f, 0] += first * first
+            edges[f, 1] += first * second
+            edges[f, 2] += second * second
     out = np.zeros(len(begins) - 1, np.float32)
     for k in range(len(out)):
         loss = 0.0
         for i in range(begins[k], begins[k + 1]):
-            a, b, c = corners[i, 0], corners[i, 1], corners[i, 2]
-            total = 0.0
+            f = face[i]
+            share = np.float32(0)
             for d in range(3):
-                step = across[i, 0] * (vertices[b, d] - vertices[a, d])
-                step += across[i, 1] * (vertices[c, d] - vertices[a, d])
-                total += step * step
-            loss += weight[i] * (1 - np.sqrt(total) / length[i])
+                share += square[i, d] * edges[f, d]
+            loss += weight[i] * (1 - np.sqrt(max(share, np.float32(0))))
         out[k] = min(max((loss - onset[k]) / gain[k], 0.0), FULL)
     return out
 
@@ -111,10 +159,14 @@ def make_folds(head, neutral, points, rng, age):
         else:
             felt.append(_feel(line, curve, neutral, skin, centers) + (line.onset, line.gain))
     counts = np.array([len(one[0]) for one in felt])
+    corners, face = _distinct(np.concatenate([one[0] for one in felt]))
+    x, y = np.concatenate([one[1] for one in felt]).T
+    length = np.concatenate([one[2] for one in felt])
+    square = np.stack([x * x, 2 * x * y, y * y], 1) / (length**2)[:, None]
     return Folds(
-        corners=np.concatenate([one[0] for one in felt]).astype(np.int32),
-        across=np.concatenate([one[1] for one in felt]).astype(np.float32),
-        length=np.concatenate([one[2] for one in felt]).astype(np.float32),
+        corners=corners,
+        face=face,
+        square=square.astype(np.float32),
         weight=np.concatenate([one[3] for one in felt]).astype(np.float32),
         begins=np.concatenate([[0], np.cumsum(counts)]),
         onset=np.array([one[4] for one in felt], np.float32),
@@ -126,25 +178,38 @@ def make_folds(head, neutral, points, rng, age):
     )
 
 
+def _distinct(corners):
+    """Faces [f, 3] each once, and the number of each of [n, 3] among them."""
+    corners = corners.astype(np.int64)
+    base = corners.max() + 1
+    _, first, face = np.unique(
+        (corners[:, 0] * base + corners[:, 1]) * base + corners[:, 2],
+        return_index=True, return_inverse=True,
+    )  # fmt: skip
+    return corners[first].astype(np.int32), face.astype(np.int32)
+
+
 def joined(people):
     """The mean of the folds of several subjects on one shape, as the Folds of one."""
-    starts = [
-        np.cumsum([0, *[len(p.weight) for p in people]]),
-        np.cumsum([0, *[len(p.rows) for p in people]]),
-    ]
 
     def stacked(name):
         return np.concatenate([getattr(p, name) for p in people])
 
-    def offset(name, starts):
-        return np.concatenate([[0], *[getattr(p, name)[1:] + at for p, at in zip(people, starts)]])
+    def starts(name):
+        return np.cumsum([0, *[len(getattr(p, name)) for p in people]])
 
-    names = ("corners", "across", "length", "weight", "onset", "gain", "rows")
+    def offset(name, among):
+        return np.concatenate([[0], *[getattr(p, name)[1:] + n for p, n in zip(people, among)]])
+
+    corners, number = _distinct(stacked("corners"))
+    names = ("square", "weight", "onset", "gain", "rows")
     return Folds(
         **{name: stacked(name) for name in names},
-        begins=offset("begins", starts[0]),
+        corners=corners,
+        face=np.concatenate([number[p.face + n] for p, n in zip(people, starts("corners"))]),
+        begins=offset("begins", starts("weight")),
         height=stacked("height") / len(people),
-        ends=offset("ends", starts[1]),
+        ends=offset("ends", starts("rows")),
         texels=people[0].texels,
     )
 

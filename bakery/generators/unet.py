@@ -66,7 +66,11 @@ class UNet(nn.Module):
                 self.head.bias[4 * 6 :] = ALPHA_BIAS
 
     def forward(self, x):
-        x = self.stem(functional.pixel_unshuffle(x, 2))
+        return self.body(functional.pixel_unshuffle(x, 2))
+
+    def body(self, x):
+        """Of a picture [B, 4 C, H/2, W/2] whose squares of 2x2 pixels became channels."""
+        x = self.stem(x)
         skips = []
         for blocks, narrower in zip(self.down[::2], self.down[1::2]):
             x = blocks(x)
@@ -162,8 +166,16 @@ def input_layers(planes, photo, shade, hints):
 
 def network_input(batch, inputs=tuple(INPUTS)):
     """The network's input [B, C, H, W] float32 from tensors of bytes [B, C, H, W] by name."""
-    parts = []
-    for name in inputs:
-        values = batch[name].float()
-        parts.append((values - 128) / 127 if name in SIGNED else values / 255)
-    return torch.cat(parts, 1)
+    zero, full = byte_range(inputs)
+    stacked = torch.cat([batch[name] for name in inputs], 1).float()
+    return (stacked - zero.to(stacked.device)[:, None, None]) / full.to(stacked.device)[
+        :, None, None
+    ]
+
+
+def byte_range(inputs=tuple(INPUTS)):
+    """The bytes [C] that mean 0, and how much more means 1, of each channel of the input."""
+    signed = [name in SIGNED for name in inputs for _ in range(INPUTS[name])]
+    return tuple(
+        torch.tensor([b if s else a for s in signed]) for a, b in ((0.0, 128.0), (255.0, 127.0))
+    )

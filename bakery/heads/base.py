@@ -1,6 +1,6 @@
 """What a head model is: data, not code. `bakery.heads.file` reads and writes it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -57,6 +57,8 @@ class HeadModel:
     landmark_barycentric: np.ndarray  # [L, 3] float32 where on it
     # carrier or "cards" (lashes and tear line) -> [left, top, width, height] 0..1
     uv_rectangles: dict = field(default_factory=dict)
+    # of a piece of a head (`cut`): the whole one, and which of its vertices [V] the piece has
+    whole: tuple | None = None
 
     def part_faces(self, *names):
         """Indices of the faces that belong to the named parts."""
@@ -65,6 +67,33 @@ class HeadModel:
     def part_vertices(self, *names):
         """Indices of the vertices that the named parts use."""
         return np.unique(self.faces[self.part_faces(*names)])
+
+    def cut(self, faces):
+        """The piece of the head that some faces [F] make up, and those that landmarks lie on.
+
+        Returns:
+            HeadModel, whose `whole` says where it is from.
+
+        Raises:
+            ValueError: the head is a piece itself.
+        """
+        if self.whole is not None:
+            raise ValueError("a piece of a head cannot be cut again; cut the whole one")
+        kept = np.zeros(len(self.faces), bool)
+        kept[faces] = kept[self.landmark_faces] = True
+        used, compact = np.unique(self.faces[kept], return_inverse=True)
+        return replace(
+            self,
+            mean=self.mean[used],
+            faces=compact.reshape(-1, 3).astype(np.int32),
+            uv_faces=self.uv_faces[kept],
+            face_part=self.face_part[kept],
+            follow=self.follow[used],
+            identity_basis=self.identity_basis[:, used],
+            expression_basis=np.ascontiguousarray(self.expression_basis[:, used]),
+            landmark_faces=(np.cumsum(kept) - 1)[self.landmark_faces].astype(np.int32),
+            whole=(self, used),
+        )
 
     @cached_property
     def vertex_uv(self):

@@ -4,8 +4,7 @@ import numpy as np
 
 from bakery.geometry.color import to_encoded
 from bakery.heads.base import look, weights
-from bakery.parallel import side_by_side
-from bakery.runtime.render import draw, over_gray
+from bakery.runtime.player import GRAY, Player
 from bakery.stages.condition import face_camera
 from bakery.types import EXPRESSIONS
 
@@ -30,17 +29,18 @@ def tiles(avatar):
     return first + second + third + fourth
 
 
-def portrait(avatar, expression, gaze, yaw, size, share):
-    """An avatar before grey: [size, size, 3] float32 sRGB-encoded.
+def portraits(avatar, wanted, size, share):
+    """Iterate over pictures of an avatar before grey: [size, size, 3] uint8 sRGB.
 
     Args:
-        expression: [E] weights; gaze: [2] degrees; yaw: degrees that the head is turned.
+        wanted: (weights [E], gaze [2] degrees, degrees that the head is turned) of each.
         size, share: see `contact_sheet`.
     """
-    camera = face_camera(avatar.fit, avatar.head, avatar.neutral, yaw, size=size, share=share)
-    vertices = avatar.head.vertices(avatar.neutral, expression, gaze)
-    frame = draw(avatar, vertices, camera, expression, np.array(gaze, float))
-    return to_encoded(over_gray(frame))
+    player = Player(avatar)
+    work = player.workspace(size, size)
+    for expression, gaze, yaw in wanted:
+        camera = face_camera(avatar.fit, avatar.head, avatar.neutral, yaw, size=size, share=share)
+        yield player.picture(work, camera, expression, np.array(gaze, float))
 
 
 def contact_sheet(avatar, size=320, columns=5, share=0.52):
@@ -52,10 +52,10 @@ def contact_sheet(avatar, size=320, columns=5, share=0.52):
         share: face height over the side.
 
     Returns:
-        [rows * size, columns * size, 3] float32 sRGB-encoded.
+        [rows * size, columns * size, 3] uint8 sRGB.
     """
-    pictures = list(side_by_side(lambda tile: portrait(avatar, *tile, size, share), tiles(avatar)))
+    pictures = list(portraits(avatar, tiles(avatar), size, share))
     while len(pictures) % columns:
-        pictures.append(np.full((size, size, 3), to_encoded(0.18), np.float32))
+        pictures.append(np.full((size, size, 3), round(255 * float(to_encoded(GRAY))), np.uint8))
     rows = [np.concatenate(pictures[k : k + columns], 1) for k in range(0, len(pictures), columns)]
     return np.concatenate(rows, 0)

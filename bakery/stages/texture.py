@@ -14,7 +14,7 @@ from bakery.geometry.color import to_linear
 from bakery.geometry.fill import diffuse
 from bakery.geometry.sample import bilinear
 from bakery.landmarks import FACE
-from bakery.parallel import side_by_side
+from bakery.parallel import ahead, side_by_side
 from bakery.stages.atlas import make_atlas, make_view, see
 from bakery.stages.condition import condition, face_camera
 from bakery.stages.face_frame import head_photo
@@ -244,6 +244,8 @@ def bake(photo, landmarks, fit, neutral, head, cover, generator, targets, option
     """
     say = progress or (lambda word: None)
     say("neutral")
+    if hasattr(generator, "get_ready"):
+        ahead(generator.get_ready, head)
     prepared = prepare(photo, landmarks, fit, neutral, head, cover, options.resolution)
     subject = prepared.subject
     painted = key_textures(subject, generator, fit, targets, options)

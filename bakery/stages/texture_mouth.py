@@ -44,35 +44,23 @@ def cut(subject, reach=REACH):
     near = np.linalg.norm(subject.neutral - lips, axis=1) < reach
     inside = head.part_vertices(*MOUTH, "mouth_sheet")
     near[inside] = True
-    keep = near[head.faces].all(1)
-    keep[head.landmark_faces] = True  # landmarks stay valid
-    faces = np.flatnonzero(keep)
-    used, compact = np.unique(head.faces[faces], return_inverse=True)
-    number = np.full(len(head.faces), -1, np.int32)
-    number[faces] = np.arange(len(faces))
-    small = replace(
-        head,
-        mean=head.mean[used],
-        faces=compact.reshape(-1, 3).astype(np.int32),
-        uv_faces=head.uv_faces[faces],
-        face_part=head.face_part[faces],
-        follow=head.follow[used],
-        identity_basis=head.identity_basis[:, used],
-        expression_basis=np.ascontiguousarray(head.expression_basis[:, used]),
-        landmark_faces=number[head.landmark_faces],
-    )
-    return replace(subject, head=small, neutral=subject.neutral[used])
+    small = head.cut(np.flatnonzero(near[head.faces].all(1)))
+    return replace(subject, head=small, neutral=subject.neutral[small.whole[1]])
 
 
 def crop_camera(subject, camera):
-    """Cut the mouth, as far as it opens, out of the face camera; sides a multiple of 32."""
+    """Cut the mouth, as far as it opens, out of the face camera.
+
+    Over 300 poses of five people the lips reach 0.72 mouth widths to each side of its middle, 0.33 up
+    and 1.01 down; the network wants to see what is around them (cut at 1.6 widths, a smile's lips lost
+    0.9 dB). Sides are a multiple of 32 pixels of the generator's picture: what is beyond one is
+    painted as the next.
+    """
     lips = cameras.project(subject.head.landmarks(subject.neutral)[LIPS], camera)
     width = np.ptp(lips[:, 0])
-    size = np.array([1.75 * width, 1.75 * width]) * SCALE
-    size = (np.ceil(size / 32) * 32).astype(int)
-    middle = lips.mean(0) + [0, 0.28 * width]
-    corner = middle - size / 2 / SCALE
-    return cameras.crop(camera, *corner, *size, SCALE)
+    side = 32 * int(np.ceil(1.85 * width / 32))
+    corner = lips.mean(0) + [0, 0.32 * width] - side / 2
+    return cameras.crop(camera, *corner, *[round(side * SCALE)] * 2, SCALE)
 
 
 def mouth_texture(subject, generator, camera, sheet, expression):

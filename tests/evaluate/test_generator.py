@@ -161,15 +161,21 @@ def test_the_outline_is_feathered():
     assert soft[54:196, 54:196].min() == 1
 
 
-def test_time_is_measured_of_every_kind(monkeypatch):
-    for name in ("KEYS", "GAZES", "MOUTHS"):
-        monkeypatch.setattr(generator_speed, name, 3)
-    for name in ("FRAME", "EYES", "MOUTH"):
-        monkeypatch.setattr(generator_speed, name, (64, 64))
+def test_time_is_measured_of_every_size(monkeypatch):
+    monkeypatch.setattr(generator_speed, "FRAME", (64, 64))
     monkeypatch.setattr(generator_speed, "seconds_of_plain_unet", lambda size, count: 100.0 * count)
-    found = generator_speed.measure(network())
-    assert found["plain_unet"] == 700  # a frame for 3 / 3 keys, 3 gazes and 3 mouths
-    assert found["all"] == pytest.approx(found["keys"] + found["gaze"] + found["mouths"], abs=2e-3)
+    found = generator_speed.measure(network(), {(64, 64): 6, (32, 64): 3})
+    assert found["plain_unet"] == 500  # a frame for each of two keys in three views, and for three
+    assert found["all"] == pytest.approx(found["6 of 64x64"] + found["3 of 64x32"], abs=2e-3)
+
+
+def test_what_the_network_was_given_is_noted():
+    generator, given = network(), []
+    layers = {name: np.zeros((32, 64, n), np.uint8) for name, n in INPUTS.items()}
+    with generator_speed._noted(generator, given):
+        generator.paint(layers)
+    generator.paint(layers)
+    assert given == [(32, 64)]
 
 
 def test_the_plain_network_has_the_published_size():

@@ -73,6 +73,23 @@ def test_light_from_everywhere_shades_nothing(seen):
     assert_allclose(plane[..., 1], 0, atol=FULL[1] / 127)
 
 
+def test_a_piece_of_a_head_folds_as_the_whole(head):
+    mouth = head.landmarks(head.mean)[13]
+    near = np.linalg.norm(head.mean - mouth, axis=1) < 55
+    piece = head.cut(np.flatnonzero(near[head.faces].all(1)))
+    expression, shape = weights(SMILE | {"jawOpen": 0.4}), (SIDE, SIDE)
+    camera = Camera(2500.0, np.full(2, SIDE / 2), np.zeros(3), np.array([0, 60, -700.0]), *shape)
+    pixels = cameras.project(head.landmarks(head.vertices(head.mean, expression)), camera)
+    whole, part = (fold_plane(one, expression, SUN, pixels, shape) for one in (head, piece))
+    here = np.linalg.norm(np.indices(shape).T - pixels[13], axis=2) < 2500 / 700 * 40
+    assert np.ptp(whole[here][:, 0].astype(int)) > 40
+    apart = np.abs(whole.astype(int) - part)[here]
+    # Folds at the rim are felt by the faces that are left of those they had.
+    assert apart.mean() < 0.3 and np.quantile(apart, 0.99) <= 4
+    with pytest.raises(ValueError, match="whole"):
+        piece.cut(np.arange(3))
+
+
 def test_the_mean_of_people_is_the_mean_of_their_reliefs(head):
     points = head.landmarks(head.mean)[:468].astype(np.float32)
     people = [make_folds(head, head.mean, points, np.random.default_rng(k), 50) for k in (1, 2)]

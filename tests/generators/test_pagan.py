@@ -23,6 +23,7 @@ from bakery.generators.unet import (
     input_layers,
     interpret,
     network_input,
+    parts_of,
     to_encoded,
     to_linear,
 )
@@ -257,3 +258,30 @@ def test_other_scales_are_painted_at_the_training_scale():
     twice = generator.paint_scaled(large, 2.0)
     for k in range(7):
         assert_allclose(twice[..., k], cv2.resize(same[..., k], (128, 128)), atol=1e-6)
+
+
+def test_a_picture_painted_is_that_of_the_network():
+    """`paint` cuts the picture into squares and pads it by itself; the network is the reference."""
+    folded = UNet(TINY, folded=True)
+    folded.load_state_dict(fold(random_network()))
+    rng = np.random.default_rng(3)
+    unit = 2 ** len(TINY.channels)
+    height, width = 5 * unit - 3, 3 * unit
+    layers = {
+        name: rng.integers(0, 256, (height, width, n), np.uint8) for name, n in INPUTS.items()
+    }
+    batch = {
+        name: torch.from_numpy(np.pad(layer, ((0, 3), (0, 0), (0, 0))).transpose(2, 0, 1)[None])
+        for name, layer in layers.items()
+    }
+    with torch.inference_mode():
+        wanted = torch.cat(parts_of(folded(network_input(batch))), 1)[0].permute(1, 2, 0).numpy()
+    painted = pagan.PaganGenerator(folded, half=False).paint(layers)
+    assert np.ptp(wanted, axis=(0, 1)).min() > 0.01
+    assert_allclose(painted, wanted[:height], atol=1e-5)  # sums of floats in another order
+
+
+@pytest.mark.parametrize(("wanted", "side"), [(219.4, 224), (213.0, 224), (206.0, 192), (176.0, 176)])
+def test_what_is_resized_anyway_is_painted_without_padding(wanted, side):
+    """As far as 8% of scale allow it; the shipped network's coarsest pixel is 32 wide."""
+    assert pagan.PaganGenerator(UNet(NetworkOptions(), folded=True))._side(wanted) == side

@@ -176,3 +176,16 @@ def test_closest_point_on_triangles():
         weights @ triangle[0], [[1, 1, 0], [0, 0, 0], [2, 0, 0], [2, 2, 0]], atol=1e-9
     )
     assert (which == 0).all()
+
+
+def test_a_piece_moves_as_the_whole_head(head):
+    kept = np.flatnonzero(head.face_part == head.face_part[0])[::7]
+    piece = head.cut(kept)
+    whole, used = piece.whole
+    assert whole is head and len(piece.faces) <= len(kept) + len(head.landmark_faces)
+    expression = np.random.default_rng(0).random(len(head.expression_basis)).astype(np.float32)
+    moved = head.mean + np.tensordot(expression, head.expression_basis, 1)
+    own = piece.mean + np.tensordot(expression, piece.expression_basis, 1)
+    np.testing.assert_allclose(own, moved[used], atol=1e-4)
+    np.testing.assert_allclose(piece.landmarks(own), head.landmarks(moved), atol=1e-4)
+    np.testing.assert_allclose(piece.landmark_uv(), head.landmark_uv())
