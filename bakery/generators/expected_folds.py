@@ -60,27 +60,23 @@ class _Mean:
         return _Mean(self.index[rows], corners, folds, self.shine[rows], self.bent[rows])
 
 
-def fold_plane(head, expression, light, pixels, shape):
+def fold_plane(head, expression, light, found):
     """Expected height and log-shading of folds: [H, W, 2] uint8, 128 where there are none.
 
     Args:
         head: HeadModel.
         expression: [E] weights.
         light: [9, 3] irradiance in head space.
-        pixels: [>= 468, 2] where the landmarks lie in the picture.
-        shape: (height, width) of the picture.
+        found: Fragments of the landmarks' triangles (`strain.landmark_fragments`).
     """
     model = _mean(head)
     depths = model.folds.depths(head.vertices(head.mean, np.asarray(expression, np.float32)))
     if depths.max() < 0.01:
-        return np.full((*shape, CHANNELS), 128, np.uint8)
+        return np.full((*found.face.shape, CHANNELS), 128, np.uint8)
     height, shading = np.zeros((2, TEXELS, TEXELS), np.float32)
     height.flat[model.index] = model.folds.relief(depths)
     slope = np.stack(np.gradient(height)[::-1], -1).reshape(-1, 2)[model.index]
     shading.flat[model.index] = np.einsum("nk,nk->n", model.lit(light @ LUMA), slope)
-    found = rasterize(
-        np.asarray(pixels, float)[:FACE], None, landmark_faces(head), shape, cull=True
-    )
     uv = head.landmark_uv()[:FACE].astype(np.float32)
     texel = interpolate(found, uv[landmark_faces(head)]) * TEXELS
     drawn = bilinear(np.stack([height, shading], -1), texel) * (found.face >= 0)[..., None]

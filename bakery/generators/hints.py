@@ -1,7 +1,7 @@
 """What an expression does to the skin, as planes for the network: strain, and folds to expect."""
 
 from bakery.generators.expected_folds import fold_plane
-from bakery.generators.strain import strain_plane
+from bakery.generators.strain import landmark_fragments, strain_plane
 from bakery.geometry import camera as cameras
 from bakery.geometry import harmonics
 
@@ -17,11 +17,11 @@ def hints(subject, conditions, camera=None, wanted=("strain", "folds")):
     """
     head, expression, camera = subject.head, conditions.expression, camera or conditions.camera
     pixels = cameras.project(head.landmarks(conditions.vertices), camera)
-    shape = (camera.height, camera.width)
+    found = landmark_fragments(head, pixels, (camera.height, camera.width))
     planes = {}
     if "strain" in wanted:
-        planes["strain"] = strain_plane(head, expression, pixels, shape)
+        planes["strain"] = strain_plane(head, expression, pixels, found)
     if "folds" in wanted:
         light = harmonics.turned(subject.light, subject.light_rotation.T)
-        planes["folds"] = fold_plane(head, expression, light, pixels, shape)
+        planes["folds"] = fold_plane(head, expression, light, found)
     return planes

@@ -18,28 +18,41 @@ FULL = 0.4  # log of the stretch that a byte reaches
 SMOOTH = 0.008  # of the picture's side: no corner of a triangle shows
 
 
-def strain_plane(head, expression, pixels, shape):
+def landmark_fragments(head, pixels, shape):
+    """Which triangle of the 468 landmarks each pixel shows: none over the mouth and the eyes.
+
+    Args:
+        head: HeadModel.
+        pixels: [>= 468, 2] where the landmarks lie in the picture.
+        shape: (height, width) of the picture.
+
+    Returns:
+        Fragments, faces numbered as in `landmark_faces`.
+    """
+    where = np.asarray(pixels, float)[:FACE]
+    return rasterize(where, None, landmark_faces(head), shape, cull=True)
+
+
+def landmark_faces(head):
+    """Triangles [F, 3] of the 468 landmarks, none over the mouth and the eyes."""
+    return _model(head).faces
+
+
+def strain_plane(head, expression, pixels, found):
     """Log stretch of the skin across and along the face: [H, W, 2] uint8, 128 where there is none.
 
     Args:
         head: HeadModel.
         expression: [E] weights.
         pixels: [>= 468, 2] where the landmarks lie in the picture.
-        shape: (height, width) of the picture.
+        found: their `landmark_fragments`.
     """
     model = _model(head)
     values = model.at_landmarks(np.asarray(expression, np.float32))
-    where = np.asarray(pixels, float)[:FACE]
-    found = rasterize(where, None, model.faces, shape, cull=True)
-    inside = (found.face >= 0)[..., None]
-    drawn = np.where(inside, interpolate(found, values[model.faces]), 0).astype(np.float32)
-    drawn = cv2.GaussianBlur(drawn, (0, 0), SMOOTH * max(np.ptp(where, axis=0).max(), 1.0))
+    drawn = interpolate(found, values[model.faces])
+    face = np.ptp(np.asarray(pixels, float)[:FACE], axis=0).max()
+    drawn = cv2.GaussianBlur(drawn, (0, 0), SMOOTH * max(face, 1.0))
     return np.round(128 + 127 * np.clip(drawn / FULL, -1, 1)).astype(np.uint8)
-
-
-def landmark_faces(head):
-    """Triangles [F, 3] of the 468 landmarks, none over the mouth and the eyes."""
-    return _model(head).faces
 
 
 class _Strain:

