@@ -121,12 +121,7 @@ class PaganGenerator:
             name: cv2.resize(layer, size, interpolation=smooth).reshape(size[1], size[0], -1)
             for name, layer in layers.items()
         }
-        change = self.paint(small)
-        parts = [
-            cv2.resize(np.ascontiguousarray(part), (width, height), interpolation=cv2.INTER_LINEAR)
-            for part in (change[..., :3], change[..., 3:6], change[..., 6])
-        ]
-        return np.concatenate([*parts[:2], parts[2][..., None]], -1)
+        return cv2.resize(self.paint(small), (width, height), interpolation=cv2.INTER_LINEAR)
 
     def _side(self, wanted):
         """The side in pixels at which one of so many (not whole) is painted.

@@ -257,7 +257,9 @@ def test_other_scales_are_painted_at_the_training_scale():
     assert_allclose(same, generator.paint(smooth))
     twice = generator.paint_scaled(large, 2.0)
     for k in range(7):
-        assert_allclose(twice[..., k], cv2.resize(same[..., k], (128, 128)), atol=1e-6)
+        assert_allclose(
+            twice[..., k], cv2.resize(same[..., k], (128, 128)), atol=2e-5
+        )  # OpenCV's own
 
 
 def test_a_picture_painted_is_that_of_the_network():
