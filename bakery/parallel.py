@@ -1,10 +1,12 @@
 """Work on all cores, in order. Threads are enough: numba, OpenCV and torch let go of the interpreter."""
 
+import logging
 import os
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from threading import Thread
 
+log = logging.getLogger(__name__)
 MOST = 8  # threads; each holds the buffers of its own picture
 
 
@@ -30,5 +32,16 @@ def side_by_side(work, items):
 
 
 def ahead(work, *given):
-    """Begin work(*given) on a core that is idle now; who needs its outcome makes sure of it itself."""
-    Thread(target=work, args=given, daemon=True).start()
+    """Begin work(*given) beside what follows; who needs its outcome makes sure of it itself.
+
+    So an error is not shown here: it comes again where the outcome is needed. If the program ends
+    before, nobody needs it.
+    """
+
+    def trying():
+        try:
+            work(*given)
+        except Exception:
+            log.debug("work that was begun ahead failed", exc_info=True)
+
+    Thread(target=trying, daemon=True).start()

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from bakery.parallel import side_by_side
+from bakery.parallel import ahead, side_by_side
 
 
 def test_order_is_kept():
@@ -44,3 +44,21 @@ def test_what_is_ahead_is_bounded(monkeypatch):
     assert len(started) <= 6
     made.close()
     assert len(started) <= 6
+
+
+def test_what_fails_ahead_says_nothing(capfd, caplog):
+    """It is tried again where it is needed."""
+    done = threading.Event()
+
+    def fails(number):
+        done.set()
+        raise ValueError(number)
+
+    with caplog.at_level("DEBUG", "bakery.parallel"):
+        ahead(fails, 3)
+        assert done.wait(5)
+        for thread in threading.enumerate():
+            if thread.daemon and thread is not threading.current_thread():
+                thread.join(1)
+    assert [record.levelname for record in caplog.records] == ["DEBUG"]
+    assert capfd.readouterr().err == ""

@@ -91,14 +91,17 @@ def keys(photos, output, yaw, head, generator, overwrite):
 @options.head
 @options.generator
 def times(photo, head, generator):
-    """Seconds of each step of a bake of PHOTO, and of the network beside a plain U-Net."""
+    """Seconds of each step of a bake of PHOTO, and of a trained generator's network beside a plain
+    U-Net.
+    """
+    from bakery import steps
     from bakery.evaluate import generator_speed
-    from bakery.generators import pagan
 
-    seconds, pictures = generator_speed.stages(photo, head, generator)
+    seconds, textures, pictures = generator_speed.stages(photo, head, generator)
     _line({"steps": seconds})
     if pictures:
-        _line({"network": generator_speed.measure(pagan.load(), pictures)})
+        network = steps.plug_in("generators", generator)
+        _line({"network": generator_speed.measure(network, textures, pictures)})
 
 
 @click.command(cls=options.Command)

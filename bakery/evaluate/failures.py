@@ -50,8 +50,8 @@ def outcomes(head, folder, options, names=None):
         write_image(photo, paint_case(head, name))
         findings = build(Request(photo=photo, output=bundle, options=options, overwrite=True))
         avatar = open_avatar(bundle)
-        wanted = [(weights(named), (0, 0), 0.0) for named in ({}, SMILE)]
-        shown = [picture / 255 for picture in portraits(avatar, wanted, SIDE, SHARE)]
+        poses = [(weights(named), (0, 0), 0.0) for named in ({}, SMILE)]
+        shown = [picture / 255 for picture in portraits(avatar, poses, SIDE, SHARE)]
         row = [labelled(_cut(read_photo(photo).encoded), name), *shown]
         yield Outcome(name, CASES[name].what, findings, np.concatenate(row, 1))
 

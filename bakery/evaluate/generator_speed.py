@@ -25,12 +25,12 @@ def stages(photo, head, generator):
         photo: path; head, generator: their names.
 
     Returns:
-        {step or kind of texture: seconds, "all": seconds}, and the pictures that the network was
-        given: {(height, width): count}, empty for a generator without one.
+        {step or kind of texture: seconds, "all": seconds}; how many textures were painted; and the
+        pictures that the network was given for them, {(height, width): count}, empty for a generator
+        that is no PaganGenerator.
     """
     marks, given = [], []
-    made = steps.plug_in("generators", generator)
-    with tempfile.TemporaryDirectory() as folder, _noted(made, given):
+    with tempfile.TemporaryDirectory() as folder, _noted(generator, given):
         output = Path(folder) / "timed.avatar"
         pipeline.build(
             pipeline.Request(Path(photo), output, head=head, generator=generator),
@@ -41,37 +41,43 @@ def stages(photo, head, generator):
     for (name, before), (_, after) in pairwise(marks):
         out[name] = out.get(name, 0.0) + after - before
     out["all"] = sum(out.values())
-    return {name: round(seconds, 2) for name, seconds in out.items()}, dict(Counter(given))
+    textures = sum(name in ("key", "gaze", "mouth") for name, _ in marks)
+    return (
+        {name: round(seconds, 2) for name, seconds in out.items()},
+        textures,
+        dict(Counter(given)),
+    )
 
 
 @contextmanager
-def _noted(generator, given):
-    """Append the size of every picture that a generator's network paints to a list."""
-    paint = getattr(generator, "paint", None)
-    if paint is not None:
+def _noted(name, given):
+    """Append the size of every picture that the network of a generator paints to a list."""
+    generator = steps.plug_in("generators", name)  # the one that a bake will use
+    if not isinstance(generator, PaganGenerator):
+        yield
+        return
+    paint = generator.paint
 
-        def noting(layers):
-            given.append(layers["deformed"].shape[:2])
-            return paint(layers)
+    def noting(layers):
+        given.append(layers["deformed"].shape[:2])
+        return paint(layers)
 
-        generator.paint = noting
+    generator.paint = noting
     try:
         yield
     finally:
-        if paint is not None:
-            del generator.paint
+        del generator.paint
 
 
-def measure(generator: PaganGenerator, pictures, views=3):
+def measure(generator: PaganGenerator, textures, pictures):
     """Seconds of the network's share of one avatar.
 
     Wall clock, pictures side by side on all cores as in a bake; "processor" is what all cores
-    together spent. The plain network of paGAN sees every picture as a frame, and each key in one
-    view, split between all cores; it is timed on a few and multiplied.
+    together spent. The plain network of paGAN sees every texture as one frame, split between all
+    cores; it is timed on a few and multiplied.
 
     Args:
-        pictures: {(height, width): count} of a bake (`stages`).
-        views: frames of each key.
+        textures, pictures: of a bake (`stages`).
 
     Returns:
         dict of seconds, the first picture of each size left out.
@@ -88,7 +94,6 @@ def measure(generator: PaganGenerator, pictures, views=3):
         spent += time.process_time() - before
     out["all"] = round(sum(out.values()), 3)
     out["processor"] = round(spent, 3)
-    frames = sum(n // views if size == FRAME else n for size, n in pictures.items())
-    out["plain_unet"] = round(seconds_of_plain_unet(FRAME, frames), 1)
+    out["plain_unet"] = round(seconds_of_plain_unet(FRAME, textures), 1)
     out["times_faster"] = round(out["plain_unet"] / out["all"], 1)
     return out

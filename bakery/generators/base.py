@@ -26,7 +26,12 @@ class Subject:
 
 
 class Generator(Protocol):
-    """Turns conditions into a picture of the subject. One instance serves any number of subjects."""
+    """Turns conditions into a picture of the subject. One instance serves any number of subjects.
+
+    A generator may also have `get_ready(head)`: what its first picture of a person on this head would
+    wait for. A bake calls it in a thread of its own while the neutral texture is made, maybe still
+    while `generate` is called.
+    """
 
     name: str
     source_type: str  # IPTC digital source type of what it makes
@@ -38,5 +43,3 @@ class Generator(Protocol):
 
         With `interior_only` the caller looks at eyes and mouth alone: skin may stay as it is.
         """
-
-    # May also have `get_ready(head)`: what its first picture of a person on this head would wait for.

@@ -8,6 +8,7 @@ as strain is. Whoever changes the lines of `fold_lines` changes what shipped wei
 
 from dataclasses import dataclass, field
 from threading import RLock
+from weakref import finalize
 
 import numpy as np
 
@@ -28,7 +29,7 @@ TEXELS = 384  # a side of the map
 REACH = 30.0  # mm from the nearest landmark to where folds are kept
 DARK = 0.05  # least light that a slope's change is divided by
 
-_LOCK, _KEPT = RLock(), {}  # by mean head
+_LOCK, _KEPT = RLock(), {}  # by `mean` of heads: as long as that is alive
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +37,7 @@ class _Mean:
     """The folds of a mean head, as many people have them."""
 
     index: np.ndarray  # [N] flat texel numbers of the face
-    corners: np.ndarray  # [N, 3] vertices around the texels
+    corners: np.ndarray | None  # [N, 3] vertices around the texels; None for a piece of a head
     folds: Folds
     shine: np.ndarray  # [N, 9] spherical harmonics at the texels' normals
     bent: np.ndarray  # [N, 2, 9] their change for a slope of 1 mm a texel along u and along v
@@ -55,9 +56,8 @@ class _Mean:
     def cut(self, vertices):
         """That of a piece of the head, which has some of the vertices [v]."""
         rows = np.flatnonzero(np.isin(self.corners, vertices).all(1))
-        corners = np.searchsorted(vertices, self.corners[rows])
         folds = self.folds.cut(rows, vertices)
-        return _Mean(self.index[rows], corners, folds, self.shine[rows], self.bent[rows])
+        return _Mean(self.index[rows], None, folds, self.shine[rows], self.bent[rows])
 
 
 def fold_plane(head, expression, light, found):
@@ -89,12 +89,14 @@ def get_ready(head):
 
 
 def _mean(head):
-    """The _Mean of a head; a person's own head shares that of its model."""
+    """The _Mean of a head; heads that differ in their expressions alone share it."""
     with _LOCK:
-        mean, kept = _KEPT.get(id(head.mean), (None, None))
-        if mean is not head.mean:
-            kept = _built(head) if head.whole is None else _mean(head.whole[0]).cut(head.whole[1])
-            _KEPT[id(head.mean)] = (head.mean, kept)
+        kept = _KEPT.get(id(head.mean))
+        if kept is None:
+            whole = head.whole
+            kept = _mean(whole).cut(head.whole_vertices) if whole else _built(head)
+            _KEPT[id(head.mean)] = kept
+            finalize(head.mean, _KEPT.pop, id(head.mean), None)
     return kept
 
 
@@ -110,8 +112,10 @@ def _built(head):
         nearest = np.minimum(nearest, ((points - mark) ** 2).sum(1))
     rows = np.flatnonzero(nearest < REACH**2)
     index, number, weight, points = (part[rows] for part in (index, number, weight, points))
-    people = side_by_side(
-        lambda age: make_folds(head, head.mean, points, np.random.default_rng(age), age), AGES
+    people = list(
+        side_by_side(
+            lambda age: make_folds(head, head.mean, points, np.random.default_rng(age), age), AGES
+        )
     )
     normals = np.einsum(
         "nk,nkc->nc", weight, vertex_normals(head.mean, head.faces)[head.faces[number]]
@@ -120,7 +124,7 @@ def _built(head):
     bent = -np.einsum("nsc,nkc->nks", harmonics.basis_jacobian(normals), _duals(head)[number])
     corners = head.faces[number]
     bent = np.ascontiguousarray(bent)
-    return _Mean(index, corners, joined(list(people)), harmonics.basis(normals), bent)
+    return _Mean(index, corners, joined(people), harmonics.basis(normals), bent)
 
 
 def _duals(head):

@@ -15,10 +15,12 @@ def hints(subject, conditions, camera=None, wanted=("strain", "folds")):
         camera: Camera of the planes; None: that of the conditions.
         wanted: names of planes; others are passed over.
     """
+    planes = {}
+    if not {"strain", "folds"} & set(wanted):
+        return planes
     head, expression, camera = subject.head, conditions.expression, camera or conditions.camera
     pixels = cameras.project(head.landmarks(conditions.vertices), camera)
     found = landmark_fragments(head, pixels, (camera.height, camera.width))
-    planes = {}
     if "strain" in wanted:
         planes["strain"] = strain_plane(head, expression, pixels, found)
     if "folds" in wanted:

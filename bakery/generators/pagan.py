@@ -36,7 +36,7 @@ NOMINAL = (
     FRAME_SCALE * 512
 )  # pixels a mm of a frame of 512 pixels, at which the network was trained
 ZOOMS = (0.87, 1.15)  # scales over NOMINAL that are taken as they are; training varied them by 12%
-ROUNDED = 0.08  # of its scale by which a picture that is resized anyway may be off
+ROUNDED = 0.02  # of a side by which a picture that is resized anyway may be off to need no padding
 PHOTO_SHARE = 0.78  # of the side of Subject.photo that the height of the landmarks takes
 
 
@@ -126,7 +126,7 @@ class PaganGenerator:
     def _side(self, wanted):
         """The side in pixels at which one of so many (not whole) is painted.
 
-        The network pads a side to a multiple of its coarsest pixel; a few percent of scale cost less.
+        A side is padded to a multiple of the network's coarsest pixel.
         """
         whole = max(round(wanted / self._unit), 1) * self._unit
         return whole if abs(whole / wanted - 1) < ROUNDED else max(round(wanted), 1)

@@ -5,6 +5,7 @@ the same function, so that the two cannot differ.
 """
 
 from dataclasses import dataclass
+from weakref import finalize
 
 import cv2
 import numpy as np
@@ -20,7 +21,7 @@ NONE = 255  # code of `part` where nothing is drawn
 NEAR, FAR = 80.0, -160.0
 FACE_REACH = (15.0, 30.0)  # mm from the nearest landmark, mean head: the face is whole, and ended
 
-_SHARES = {}  # by mean head: a person's own head shares the mean of its model
+_SHARES = {}  # by `mean` of heads: as long as that is alive
 
 
 @dataclass(frozen=True)
@@ -84,13 +85,14 @@ def face_mask(head, conditions):
 
 
 def face_share(head):
-    """How far each vertex [V] belongs to the face, 0..1; computed once for a mean head."""
-    mean, kept = _SHARES.get(id(head.mean), (None, None))
-    if mean is not head.mean:
+    """How far each vertex [V] belongs to the face, 0..1; computed once for a head's mean."""
+    kept = _SHARES.get(id(head.mean))
+    if kept is None:
         marks = head.landmarks(head.mean)[:468]
         distance = np.full(len(head.mean), np.inf)
         for mark in marks:
             distance = np.minimum(distance, ((head.mean - mark) ** 2).sum(1))
         kept = smoothstep(FACE_REACH[1], FACE_REACH[0], np.sqrt(distance)).astype(np.float32)
-        _SHARES[id(head.mean)] = (head.mean, kept)
+        if _SHARES.setdefault(id(head.mean), kept) is kept:
+            finalize(head.mean, _SHARES.pop, id(head.mean), None)
     return kept

@@ -57,8 +57,8 @@ class HeadModel:
     landmark_barycentric: np.ndarray  # [L, 3] float32 where on it
     # carrier or "cards" (lashes and tear line) -> [left, top, width, height] 0..1
     uv_rectangles: dict = field(default_factory=dict)
-    # of a piece of a head (`cut`): the whole one, and which of its vertices [V] the piece has
-    whole: tuple | None = None
+    whole: "HeadModel | None" = None  # what a piece (`cut`) is of
+    whole_vertices: np.ndarray | None = None  # [V] the piece's vertices among those of the whole
 
     def part_faces(self, *names):
         """Indices of the faces that belong to the named parts."""
@@ -72,7 +72,7 @@ class HeadModel:
         """The piece of the head that some faces [F] make up, and those that landmarks lie on.
 
         Returns:
-            HeadModel, whose `whole` says where it is from.
+            HeadModel with `whole` and `whole_vertices`.
 
         Raises:
             ValueError: the head is a piece itself.
@@ -92,7 +92,8 @@ class HeadModel:
             identity_basis=self.identity_basis[:, used],
             expression_basis=np.ascontiguousarray(self.expression_basis[:, used]),
             landmark_faces=(np.cumsum(kept) - 1)[self.landmark_faces].astype(np.int32),
-            whole=(self, used),
+            whole=self,
+            whole_vertices=used,
         )
 
     @cached_property

@@ -264,14 +264,15 @@ def _squares(textures, hair, size):
     """
     side = kernels.TILE
     across = -(-size // side)
-    layers = [np.asarray(texture, np.float32) for texture in (textures.neutral, *textures.keys)]
-    if hair:
-        layers = [lay_hair(layer, textures.hair) for layer in layers]
+    layers = []
+    for texture in (textures.neutral, *textures.keys):
+        layer = np.asarray(texture, np.float32)
+        layers.append(_shrunk(lay_hair(layer, textures.hair) if hair else layer, size))
     unit = max(1.0, *(float(layer.max()) for layer in layers)) / STEPS
     out = np.zeros((across * across, len(layers), 3, side * side), np.uint16)
     for number, layer in enumerate(layers):
         whole = np.zeros((across * side, across * side, 3), np.uint16)
-        whole[:size, :size] = np.clip(_shrunk(layer, size), 0, None) / unit + 0.5
+        whole[:size, :size] = np.clip(layer, 0, None) / unit + 0.5
         cut = whole.reshape(across, side, across, side, 3).transpose(0, 2, 4, 1, 3)
         out[:, number] = cut.reshape(-1, 3, side * side)
     return out, np.float32(unit)

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from bakery import landmarks as marks
+from bakery.generators.interior import FRAME_SCALE
 from bakery.generators.shade import MOUTH, is_part
 from bakery.geometry import camera as cameras
 from bakery.geometry.fill import diffuse, smoothstep
@@ -13,11 +14,11 @@ from bakery.geometry.sample import bilinear
 from bakery.heads.base import weights
 from bakery.parallel import side_by_side
 from bakery.stages.carriers import make_carrier
-from bakery.stages.condition import condition
+from bakery.stages.condition import SIZE, condition
 from bakery.types import EXPRESSIONS
 
 SCALE = 1.25  # pixels of the mouth crop per pixel of the generator's 512 picture
-REACH = 55.0  # mm around the mouth that the crops need
+REACH = 60.0  # mm around the mouth that the crops need
 LIPS = np.concatenate([marks.LIPS_OUTER, marks.LIPS_INNER])
 
 
@@ -45,21 +46,22 @@ def cut(subject, reach=REACH):
     inside = head.part_vertices(*MOUTH, "mouth_sheet")
     near[inside] = True
     small = head.cut(np.flatnonzero(near[head.faces].all(1)))
-    return replace(subject, head=small, neutral=subject.neutral[small.whole[1]])
+    return replace(subject, head=small, neutral=subject.neutral[small.whole_vertices])
 
 
 def crop_camera(subject, camera):
     """Cut the mouth, as far as it opens, out of the face camera.
 
     Over 300 poses of five people the lips reach 0.72 mouth widths to each side of its middle, 0.33 up
-    and 1.01 down; the network wants to see what is around them (cut at 1.6 widths, a smile's lips lost
-    0.9 dB). Sides are a multiple of 32 pixels of the generator's picture: what is beyond one is
-    painted as the next.
+    and 1.01 down; the network wants to see what is around them (cut 1.6 widths wide, a smile's lips
+    lost 0.9 dB). At the scale that the network paints at, sides are a multiple of 32 pixels: what is
+    beyond one is painted as the next.
     """
     lips = cameras.project(subject.head.landmarks(subject.neutral)[LIPS], camera)
     width = np.ptp(lips[:, 0])
-    side = 32 * int(np.ceil(1.85 * width / 32))
-    corner = lips.mean(0) + [0, 0.32 * width] - side / 2
+    zoom = cameras.pixels_per_mm(camera) / (FRAME_SCALE * SIZE)
+    side = 32 * np.ceil(1.85 * width / zoom / 32) * zoom
+    corner = lips.mean(0) + [0, 0.28 * width] - side / 2
     return cameras.crop(camera, *corner, *[round(side * SCALE)] * 2, SCALE)
 
 

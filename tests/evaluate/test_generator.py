@@ -162,17 +162,17 @@ def test_the_outline_is_feathered():
 
 
 def test_time_is_measured_of_every_size(monkeypatch):
-    monkeypatch.setattr(generator_speed, "FRAME", (64, 64))
     monkeypatch.setattr(generator_speed, "seconds_of_plain_unet", lambda size, count: 100.0 * count)
-    found = generator_speed.measure(network(), {(64, 64): 6, (32, 64): 3})
-    assert found["plain_unet"] == 500  # a frame for each of two keys in three views, and for three
+    found = generator_speed.measure(network(), 5, {(64, 64): 6, (32, 64): 3})
+    assert found["plain_unet"] == 500
     assert found["all"] == pytest.approx(found["6 of 64x64"] + found["3 of 64x32"], abs=2e-3)
 
 
-def test_what_the_network_was_given_is_noted():
+def test_what_the_network_was_given_is_noted(monkeypatch):
     generator, given = network(), []
+    monkeypatch.setattr(generator_speed.steps, "plug_in", lambda group, name: generator)
     layers = {name: np.zeros((32, 64, n), np.uint8) for name, n in INPUTS.items()}
-    with generator_speed._noted(generator, given):
+    with generator_speed._noted("pagan", given):
         generator.paint(layers)
     generator.paint(layers)
     assert given == [(32, 64)]

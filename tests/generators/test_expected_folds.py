@@ -1,12 +1,18 @@
 """Expected folds: none at rest, where the acting muscle puts them, shaded by the light."""
 
+import gc
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from bakery.generators import expected_folds
 from bakery.generators.expected_folds import FULL, fold_plane
 from bakery.generators.folds import joined, make_folds
+from bakery.generators.pagan import PaganGenerator
 from bakery.generators.strain import landmark_fragments
+from bakery.generators.unet import NetworkOptions, UNet
 from bakery.geometry import camera as cameras
 from bakery.heads.base import weights
 from bakery.types import Camera
@@ -26,6 +32,7 @@ def lit(*direction):
 
 
 SUN = lit(0, 0.8, 0.6)
+FRONT = Camera(200.0, np.full(2, 32.0), np.zeros(3), np.array([0, 0, -700.0]), 64, 64)
 
 
 @pytest.fixture(scope="module")
@@ -91,6 +98,18 @@ def test_a_piece_of_a_head_folds_as_the_whole(head):
     assert apart.mean() < 0.3 and np.quantile(apart, 0.99) <= 4
     with pytest.raises(ValueError, match="whole"):
         piece.cut(np.arange(3))
+
+
+def test_people_are_drawn_once_and_let_go(head, monkeypatch):
+    other = replace(head, mean=head.mean + np.float32(0))
+    PaganGenerator(UNet(NetworkOptions(channels=(8, 8)), folded=True)).get_ready(other)
+    monkeypatch.setattr(expected_folds, "_built", None)
+    found = landmark_fragments(other, cameras.project(other.landmarks(other.mean), FRONT), (64, 64))
+    fold_plane(replace(other, name="lively"), weights(SMILE), SUN, found)
+    kept = len(expected_folds._KEPT)
+    del other
+    gc.collect()
+    assert len(expected_folds._KEPT) == kept - 1
 
 
 def test_the_mean_of_people_is_the_mean_of_their_reliefs(head):

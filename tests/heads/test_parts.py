@@ -181,7 +181,7 @@ def test_closest_point_on_triangles():
 def test_a_piece_moves_as_the_whole_head(head):
     kept = np.flatnonzero(head.face_part == head.face_part[0])[::7]
     piece = head.cut(kept)
-    whole, used = piece.whole
+    whole, used = piece.whole, piece.whole_vertices
     assert whole is head and len(piece.faces) <= len(kept) + len(head.landmark_faces)
     expression = np.random.default_rng(0).random(len(head.expression_basis)).astype(np.float32)
     moved = head.mean + np.tensordot(expression, head.expression_basis, 1)

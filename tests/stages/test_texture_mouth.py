@@ -1,10 +1,22 @@
 """Choosing mouth poses."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from bakery.stages.texture_mouth import candidate_poses, ranging, smiling, spread, talking
-from bakery.types import EXPRESSION_INDEX
+from bakery.generators.interior import FRAME_SCALE
+from bakery.geometry import camera as cameras
+from bakery.stages.texture_mouth import (
+    LIPS,
+    candidate_poses,
+    crop_camera,
+    ranging,
+    smiling,
+    spread,
+    talking,
+)
+from bakery.types import EXPRESSION_INDEX, Camera
 
 
 def test_spread_takes_the_ends_of_a_line_first():
@@ -28,3 +40,24 @@ def test_candidates_are_weights_and_begin_with_rest(kind):
     assert poses.min() >= 0 and poses.max() <= 1
     assert not poses[0].any() and poses[1:].any(1).mean() > 0.85  # the silent viseme is at rest
     assert (poses[:, EXPRESSION_INDEX["browInnerUp"]] == 0).all()
+
+
+@pytest.mark.parametrize("distance", [500, 700, 1000])
+def test_the_crop_holds_what_lips_reach_and_fills_the_network(head, distance):
+    marks = cameras.project(
+        head.landmarks(head.mean),
+        camera := Camera(
+            1.75 * distance, np.full(2, 256.0), np.zeros(3), np.array([0, 0, -distance]), 512, 512
+        ),
+    )
+    crop = crop_camera(SimpleNamespace(head=head, neutral=head.mean), camera)
+    assert crop.width == crop.height
+    side = crop.width / (cameras.pixels_per_mm(crop) / (FRAME_SCALE * 512))
+    assert side == pytest.approx(32 * round(side / 32), abs=0.7)  # the crop has whole pixels
+    lips = marks[LIPS]
+    middle, width = lips.mean(0), np.ptp(lips[:, 0])
+    reach = middle + width * np.array([[-0.72, -0.33], [0.72, 1.01]])
+    scale = crop.focal / camera.focal
+    corner = camera.center - crop.center / scale
+    low, high = (reach - corner) * scale
+    assert low.min() > 0 and high.max() < crop.width
