@@ -10,8 +10,10 @@ from copy import deepcopy
 from pathlib import Path
 
 import cv2
+import numba
 import numpy as np
 import torch
+from torch.nn import functional
 
 from bakery.errors import ModelError
 from bakery.generators import expected_folds
@@ -68,6 +70,7 @@ class PaganGenerator:
         self._rounded = rounded.to(memory_format=torch.channels_last)
         zero, full = byte_range(network.options.inputs)
         self._zero, self._full = zero.repeat(4), full.repeat(4)
+        self._meanings = _meanings() if half and network.options.head == "change" else None
 
     def get_ready(self, head):
         """See generators.base.Generator."""
@@ -146,9 +149,15 @@ class PaganGenerator:
         squares = np.ascontiguousarray(squares).reshape(1, rows // 2, columns // 2, 4 * channels)
         with torch.inference_mode():
             x = torch.from_numpy(squares).float().sub_(self._zero).div_(self._full)
-            outputs = self._rounded.body(x.to(self._type).permute(0, 3, 1, 2))
-            parts = torch.cat(parts_of(outputs), 1)[0]
-        return parts[:, :height, :width].permute(1, 2, 0).contiguous().numpy()
+            squares = self._rounded.body(x.to(self._type).permute(0, 3, 1, 2))
+            if self._meanings is None:
+                parts = torch.cat(parts_of(functional.pixel_shuffle(squares, 2)), 1)[0]
+                parts = parts.permute(1, 2, 0).contiguous().numpy()
+            else:
+                codes = squares.permute(0, 2, 3, 1)[0].contiguous().view(torch.uint16).numpy()
+                parts = np.empty((rows, columns, len(self._meanings)), np.float32)
+                _look_up(codes, self._meanings, parts)
+        return np.ascontiguousarray(parts[:height, :width])
 
 
 def _by_pixel(stem):
@@ -158,6 +167,25 @@ def _by_pixel(stem):
     """
     weight = stem.weight.data
     stem.weight.data = weight.unflatten(1, (-1, 4)).transpose(1, 2).flatten(1, 2).contiguous()
+
+
+def _meanings():
+    """What `parts_of` makes of every bfloat16: [7, 65536] float32 by its bits.
+
+    There are so few that looking them up takes a tenth of the time of tanh, sigmoid and power.
+    """
+    every = torch.arange(1 << 16, dtype=torch.int32).to(torch.uint16).view(torch.bfloat16)
+    return torch.cat(parts_of(every.expand(1, 7, 1, -1)), 1)[0, :, 0].numpy().copy()
+
+
+@numba.njit(cache=True, nogil=True)
+def _look_up(codes, meanings, out):
+    """`pixel_shuffle` of bits [h, w, 4 C], and what each means, into [2 h, 2 w, C]."""
+    for y in range(codes.shape[0]):
+        for x in range(codes.shape[1]):
+            for c in range(out.shape[2]):
+                for k in range(4):
+                    out[2 * y + k // 2, 2 * x + k % 2, c] = meanings[c, codes[y, x, 4 * c + k]]
 
 
 def _laid(under, over, alpha):

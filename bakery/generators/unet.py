@@ -66,10 +66,10 @@ class UNet(nn.Module):
                 self.head.bias[4 * 6 :] = ALPHA_BIAS
 
     def forward(self, x):
-        return self.body(functional.pixel_unshuffle(x, 2))
+        return functional.pixel_shuffle(self.body(functional.pixel_unshuffle(x, 2)), 2)
 
     def body(self, x):
-        """Of a picture [B, 4 C, H/2, W/2] whose squares of 2x2 pixels became channels."""
+        """From a picture to one [B, 4 C, H/2, W/2] whose squares of 2x2 pixels became channels."""
         x = self.stem(x)
         skips = []
         for blocks, narrower in zip(self.down[::2], self.down[1::2]):
@@ -79,7 +79,7 @@ class UNet(nn.Module):
         x = self.bottom(x)
         for join, blocks, skip in zip(self.join[::-1], self.up[::-1], skips[::-1]):
             x = blocks(skip + functional.interpolate(join(x), scale_factor=2, mode="nearest"))
-        return functional.pixel_shuffle(self.head(functional.silu(x)), 2)
+        return self.head(functional.silu(x))
 
 
 def _blocks(channels, count, folded):

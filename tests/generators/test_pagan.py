@@ -283,6 +283,24 @@ def test_a_picture_painted_is_that_of_the_network():
     assert_allclose(painted, wanted[:height], atol=1e-5)  # sums of floats in another order
 
 
+@pytest.mark.parametrize("head", ["change", "plain"])
+def test_bits_mean_what_the_parts_do(head):
+    """In bfloat16 the outputs are looked up; `parts_of` is the reference."""
+    options = replace(TINY, head=head)
+    folded = UNet(options, folded=True)
+    network = UNet(options)
+    torch.nn.init.normal_(network.head.weight, std=0.3)
+    folded.load_state_dict(fold(network))
+    generator = pagan.PaganGenerator(folded, half=True)
+    rng = np.random.default_rng(5)
+    layers = {name: rng.integers(0, 256, (40, 56, n), np.uint8) for name, n in INPUTS.items()}
+    found = generator.paint(layers)
+    generator._meanings = None
+    wanted = generator.paint(layers)
+    assert np.ptp(wanted[..., 3:6]) > 0.1
+    assert_allclose(found, wanted, atol=1e-6, rtol=1e-5)  # powers of one number or of many
+
+
 @pytest.mark.parametrize(("wanted", "side"), [(223.8, 224), (219.8, 224), (213.0, 213), (61.0, 61)])
 def test_what_is_resized_anyway_is_painted_without_padding(wanted, side):
     """As far as 2% of its scale allow it; the shipped network's coarsest pixel is 32 wide."""
