@@ -7,8 +7,6 @@ as strain is. Whoever changes the lines of `fold_lines` changes what shipped wei
 """
 
 from dataclasses import dataclass, field
-from threading import RLock
-from weakref import finalize
 
 import numpy as np
 
@@ -19,6 +17,7 @@ from bakery.geometry.color import LUMA
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear, interpolate
+from bakery.heads.base import once_a_mean
 from bakery.landmarks import FACE
 from bakery.parallel import side_by_side
 
@@ -28,8 +27,6 @@ AGES = tuple(range(20, 80, 5))  # years, of those whose mean is taken
 TEXELS = 384  # a side of the map
 REACH = 30.0  # mm from the nearest landmark to where folds are kept
 DARK = 0.05  # least light that a slope's change is divided by
-
-_LOCK, _KEPT = RLock(), {}  # by `mean` of heads: as long as that is alive
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,16 +85,10 @@ def get_ready(head):
     _mean(head)
 
 
+@once_a_mean
 def _mean(head):
-    """The _Mean of a head; heads that differ in their expressions alone share it."""
-    with _LOCK:
-        kept = _KEPT.get(id(head.mean))
-        if kept is None:
-            whole = head.whole
-            kept = _mean(whole).cut(head.whole_vertices) if whole else _built(head)
-            _KEPT[id(head.mean)] = kept
-            finalize(head.mean, _KEPT.pop, id(head.mean), None)
-    return kept
+    """The _Mean of a head, or of a piece of one."""
+    return _mean(head.whole).cut(head.whole_vertices) if head.whole else _built(head)
 
 
 def _built(head):

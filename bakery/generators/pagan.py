@@ -63,7 +63,7 @@ class PaganGenerator:
         self._unit = 2 ** len(network.options.channels)
         self._folds = FoldMaps(BORROWED)
         half = torch.cpu._is_avx512_bf16_supported() if half is None else half
-        # A copy, once: autocast rounds all weights again for each of 300 mouths. The bits are the same.
+        # A copy, once: autocast rounds all weights again for each of 300 mouths.
         self._type = torch.bfloat16 if half else torch.float32
         rounded = deepcopy(network).to(self._type)
         _by_pixel(rounded.stem.conv)

@@ -5,7 +5,6 @@ the same function, so that the two cannot differ.
 """
 
 from dataclasses import dataclass
-from weakref import finalize
 
 import cv2
 import numpy as np
@@ -14,14 +13,12 @@ from bakery.geometry.camera import to_camera
 from bakery.geometry.color import to_encoded
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.sample import interpolate
-from bakery.heads.base import PARTS
+from bakery.heads.base import PARTS, once_a_mean
 
 NONE = 255  # code of `part` where nothing is drawn
 # mm between the eyes' middle (the origin of head space) and what depth 255 and depth 1 mean.
 NEAR, FAR = 80.0, -160.0
 FACE_REACH = (15.0, 30.0)  # mm from the nearest landmark, mean head: the face is whole, and ended
-
-_SHARES = {}  # by `mean` of heads: as long as that is alive
 
 
 @dataclass(frozen=True)
@@ -84,15 +81,11 @@ def face_mask(head, conditions):
     return np.round(np.where(inner, 1, inside) * 255).astype(np.uint8)
 
 
+@once_a_mean
 def face_share(head):
-    """How far each vertex [V] belongs to the face, 0..1; computed once for a head's mean."""
-    kept = _SHARES.get(id(head.mean))
-    if kept is None:
-        marks = head.landmarks(head.mean)[:468]
-        distance = np.full(len(head.mean), np.inf)
-        for mark in marks:
-            distance = np.minimum(distance, ((head.mean - mark) ** 2).sum(1))
-        kept = smoothstep(FACE_REACH[1], FACE_REACH[0], np.sqrt(distance)).astype(np.float32)
-        if _SHARES.setdefault(id(head.mean), kept) is kept:
-            finalize(head.mean, _SHARES.pop, id(head.mean), None)
-    return kept
+    """How far each vertex [V] belongs to the face, 0..1."""
+    marks = head.landmarks(head.mean)[:468]
+    distance = np.full(len(head.mean), np.inf)
+    for mark in marks:
+        distance = np.minimum(distance, ((head.mean - mark) ** 2).sum(1))
+    return smoothstep(FACE_REACH[1], FACE_REACH[0], np.sqrt(distance)).astype(np.float32)

@@ -166,11 +166,9 @@ def input_layers(planes, photo, shade, hints):
 
 def network_input(batch, inputs=tuple(INPUTS)):
     """The network's input [B, C, H, W] float32 from tensors of bytes [B, C, H, W] by name."""
-    zero, full = byte_range(inputs)
     stacked = torch.cat([batch[name] for name in inputs], 1).float()
-    return (stacked - zero.to(stacked.device)[:, None, None]) / full.to(stacked.device)[
-        :, None, None
-    ]
+    zero, full = (one.to(stacked.device)[:, None, None] for one in byte_range(inputs))
+    return (stacked - zero) / full
 
 
 def byte_range(inputs=tuple(INPUTS)):

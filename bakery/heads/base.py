@@ -1,7 +1,9 @@
 """What a head model is: data, not code. `bakery.heads.file` reads and writes it."""
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, wraps
+from threading import RLock
+from weakref import finalize
 
 import numpy as np
 
@@ -151,6 +153,26 @@ class HeadModel:
             ball = self.follow == FOLLOW.index("eye_" + eye)
             out[ball] = (neutral[ball] - center) @ rotation.yaw_pitch(yaw, pitch).T + center
         return out
+
+
+def once_a_mean(make):
+    """A function of a head that is computed once for all that share a mean, as long as it is alive.
+
+    Heads that differ in their expressions alone do.
+    """
+    lock, kept = RLock(), {}
+
+    @wraps(make)
+    def known(head):
+        with lock:
+            key = id(head.mean)
+            if key not in kept:
+                kept[key] = make(head)
+                finalize(head.mean, kept.pop, key, None)
+            return kept[key]
+
+    known.kept = kept
+    return known
 
 
 def gaze_of(expression):

@@ -106,10 +106,10 @@ def test_people_are_drawn_once_and_let_go(head, monkeypatch):
     monkeypatch.setattr(expected_folds, "_built", None)
     found = landmark_fragments(other, cameras.project(other.landmarks(other.mean), FRONT), (64, 64))
     fold_plane(replace(other, name="lively"), weights(SMILE), SUN, found)
-    kept = len(expected_folds._KEPT)
+    kept = len(expected_folds._mean.kept)
     del other
     gc.collect()
-    assert len(expected_folds._KEPT) == kept - 1
+    assert len(expected_folds._mean.kept) == kept - 1
 
 
 def test_the_mean_of_people_is_the_mean_of_their_reliefs(head):
