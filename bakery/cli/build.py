@@ -12,16 +12,10 @@ from bakery.cli import options
 @click.option(
     "-o", "--output", required=True, type=click.Path(path_type=Path), help="The bundle's folder."
 )
-@options.chosen
-@click.option("--resolution", type=click.IntRange(512, 4096), help="Texels on a side (1024).")
-@options.head
-@options.generator
-@click.option("--detector", default="network", show_default=True, help="What finds landmarks.")
-@options.which_face
+@options.baking
 @click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
 @click.option("--keep-photo", is_flag=True, help="Keep the portrait in the bundle.")
 @click.option("--work", type=click.Path(path_type=Path), help="Keep finished steps in this folder.")
-@options.overwrite
 @options.dry_run
 def build(photo, output, preset, settings, resolution, dry_run, **request):
     """Bake PHOTO into an avatar bundle.

@@ -104,7 +104,7 @@ def manifest(baked, levels, web):
             "name": head.name,
             "licence": head.licence,
             "source": head.source,
-            "sha256": files.head_digest(head),
+            "sha256": head.digest,
         },
         "fit": fitted,
         "channels": channels(head, textures, masks),

@@ -4,13 +4,13 @@ import io
 import json
 import math
 import zipfile
-from dataclasses import fields
+from dataclasses import asdict, fields
 
 import numpy as np
 
 from bakery.errors import InputError
 from bakery.formats.files import digest, read_bytes, write_bytes
-from bakery.types import EXPRESSIONS, LANDMARKS, Camera, Fit, Landmarks, Textures
+from bakery.types import EXPRESSIONS, LANDMARKS, Camera, Fit, Landmarks, Maker, Textures
 
 LARGEST_JSON = 64 * 2**20  # bytes
 LARGEST_ARRAYS = 8 * 2**30  # bytes; a 4096-texel texture file has 1 GiB
@@ -63,10 +63,11 @@ def faces_to_table(width, height, faces):
 
     Args:
         width, height: pixels of the upright photo.
-        faces: Landmarks of each face.
+        faces: Landmarks of each face, at least one, all of one detector.
     """
     return {
         "image": {"width": int(width), "height": int(height)},
+        "detector": asdict(faces[0].maker),
         "faces": [
             {
                 "box": numbers(face.box, 3),
@@ -87,16 +88,26 @@ def faces_from_table(name, table):
     """
     with _reading(name, "bakery detect"):
         size = (int(table["image"]["width"]), int(table["image"]["height"]))
+        maker = _maker(table.get("detector", {"name": "given"}))
         faces = [
             Landmarks(
                 box=np.array(face["box"], np.float64),
                 score=float(face["score"]),
                 points=np.array(face["points"], np.float64)[:, :2],
                 confidence=np.array(face.get("confidence", [1.0] * LANDMARKS), np.float64),
+                maker=maker,
             )
             for face in table["faces"]
         ]
         return size, faces
+
+
+def _maker(table):
+    """The Maker of a table of texts; what it does not know of is left out."""
+    known = {
+        field.name: str(table[field.name])[:200] for field in fields(Maker) if field.name in table
+    }
+    return Maker(**known)
 
 
 def camera_to_table(camera):
@@ -120,6 +131,7 @@ def fit_to_table(fit, photo=None):
     """
     table = {
         "head": fit.head,
+        "head_sha256": fit.head_sha256,
         "camera": camera_to_table(fit.camera),
         "identity": numbers(fit.identity),
         "expression": dict(zip(EXPRESSIONS, numbers(fit.expression))),
@@ -168,6 +180,7 @@ def fit_from_table(name, table):
             seconds=float(table.get("seconds", 0)),
             focal_source=str(table.get("focal_source", "default")),
             diagnostics=dict(table.get("diagnostics", {})),
+            head_sha256=str(table.get("head_sha256", "")),
         )
 
 
@@ -261,14 +274,23 @@ def read_arrays(path, needed=()):
 
 
 def textures_to_arrays(textures):
-    """Textures as named arrays."""
-    return {field.name: np.array(getattr(textures, field.name)) for field in fields(Textures)}
+    """Textures as named arrays; who made them as JSON text."""
+    table = {field.name: getattr(textures, field.name) for field in fields(Textures)}
+    table["maker"] = json.dumps(asdict(textures.maker))
+    return {name: np.array(value) for name, value in table.items()}
 
 
 def textures_from_arrays(arrays):
     """Textures of what `textures_to_arrays` made."""
     found = {field.name: arrays[field.name] for field in fields(Textures)}
-    return Textures(**found | {"key_names": tuple(str(name) for name in found["key_names"])})
+    return Textures(
+        **found
+        | {
+            "key_names": tuple(str(name) for name in found["key_names"]),
+            "maker": _maker(parse("maker", str(found["maker"]).encode())),
+            "made_from": str(found["made_from"]),
+        }
+    )
 
 
 def read_textures(path):

@@ -26,13 +26,15 @@ def key_of(*parts):
 
 
 class Work:
-    """Finished steps in a folder."""
+    """Finished steps in a folder; without one, nothing is kept."""
 
     def __init__(self, folder):
-        self.folder = Path(folder)
+        self.folder = folder and Path(folder)
 
     def get(self, name, key):
         """The bytes of an entry, or None if there is none for this key or it is damaged."""
+        if self.folder is None:
+            return None
         try:
             about = json.loads((self.folder / f"{name}.key").read_bytes())
             if about["key"] != key:
@@ -63,6 +65,8 @@ class Work:
 
     def put(self, name, key, data):
         """Keep an entry."""
+        if self.folder is None:
+            return
         write_bytes(self.folder / name, data)
         about = {"key": key, "sha256": digest(data)}
         write_bytes(self.folder / f"{name}.key", json.dumps(about).encode())
