@@ -83,8 +83,8 @@ def build(request: Request, progress: Progress | None = None) -> list[Finding]:
     generator, head = plug_in("generators", request.generator), load_head(request.head)
     with work_folder(request.output, request.work) as work:
         seen = find_portrait(request, head, work, show)
-        made_by = maker_of("generators", generator)
-        kept = Kept(work, key_of(seen.key, asdict(made_by), asdict(options.texture)))
+        made_by = _maker("generators", request.generator)
+        kept = Kept(work, key_of(seen.key, made_by, asdict(options.texture)))
         textures = paint(
             seen.photo,
             seen.landmarks,
@@ -116,11 +116,7 @@ def find_portrait(request: Request, head: HeadModel, work: Work | None, show: Pr
     options, given = request.options, landmarks_file(request.landmarks, request.photo)
     photo = image.read_photo(request.photo, request.frame)
     show("detect", 0, 4)
-    found_by = (
-        digest(read_bytes(given))
-        if given
-        else asdict(maker_of("detectors", plug_in("detectors", request.detector)))
-    )
+    found_by = digest(read_bytes(given)) if given else _maker("detectors", request.detector)
     key = key_of(source_digest(), photo.sha256, request.frame, found_by, request.face)
 
     def detect() -> bytes:
@@ -223,6 +219,29 @@ def _bundle(
     write_bundle(
         request.output, baked, request.options.bundle, request.keep_photo, request.overwrite
     )
+
+
+def recipe(request: Request) -> str:
+    """SHA-256 over everything that a bundle's content depends on; the manifest keeps it.
+
+    A bundle of the same recipe would come out the same, so that it need not be baked again.
+    """
+    given = landmarks_file(request.landmarks, request.photo)
+    return key_of(
+        source_digest(),
+        digest_file(request.photo),
+        request.frame,
+        request.face,
+        digest_file(given) if given else _maker("detectors", request.detector),
+        load_head(request.head).digest,
+        _maker("generators", request.generator),
+        asdict(request.options),
+        request.keep_photo,
+    )
+
+
+def _maker(group: str, name: str) -> dict[str, str]:
+    return asdict(maker_of(group, plug_in(group, name)))
 
 
 @cache
