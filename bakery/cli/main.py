@@ -35,6 +35,11 @@ COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of th
     "evaluate": ("evaluate", "Measure the project on photographs."),
 }
 
+DISK = (  # what a disk, or a person's choice of a path, may answer anywhere
+    errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.ENAMETOOLONG,
+    errno.ENOTDIR, errno.EISDIR, errno.EIO,
+)  # fmt: skip
+
 
 class LazyGroup(click.Group):
     """A group whose commands are imported when they are called."""
@@ -85,11 +90,12 @@ def main(arguments=None):
         sys.stderr.close()  # the reader went away, as `head` does
         code = 1
     except OSError as error:
-        if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM):
+        if error.errno not in DISK:
             raise
-        code = _one_line(
-            f"{error.filename or 'a file'}: {error.strerror}; check the disk and rights"
-        )
+        from bakery.formats.files import disk_error
+
+        where = error.filename or "the standard output or a temporary file"
+        code = _one_line(str(disk_error(where, error)))
     sys.exit(code if isinstance(code, int) else 0)
 
 

@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from bakery.errors import InputError, ModelError
+from bakery.formats.files import replacing
 from bakery.heads.base import FOLLOW, PARTS, HeadModel
 from bakery.paths import ASSETS
 from bakery.types import EXPRESSIONS, LANDMARKS
@@ -229,16 +230,12 @@ def save_arrays(path, arrays, plain=None):
     Args:
         plain: name of an array that is not compressed.
     """
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-            for key, array in arrays.items():
-                stamp = zipfile.ZipInfo(f"{key}.npy", (1980, 1, 1, 0, 0, 0))  # np.savez writes now
-                stamp.compress_type = zipfile.ZIP_STORED if key == plain else zipfile.ZIP_DEFLATED
-                with archive.open(stamp, "w") as stream:
-                    np.lib.format.write_array(stream, np.asarray(array), allow_pickle=False)
-        draft.replace(path)
-    finally:
-        draft.unlink(missing_ok=True)
+    with (
+        replacing(path) as file,
+        zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive,
+    ):
+        for key, array in arrays.items():
+            stamp = zipfile.ZipInfo(f"{key}.npy", (1980, 1, 1, 0, 0, 0))  # np.savez writes now
+            stamp.compress_type = zipfile.ZIP_STORED if key == plain else zipfile.ZIP_DEFLATED
+            with archive.open(stamp, "w") as stream:
+                np.lib.format.write_array(stream, np.asarray(array), allow_pickle=False)
