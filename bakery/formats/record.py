@@ -1,15 +1,15 @@
 """The records between the stages as files: JSON for what people and programs read, npz for arrays."""
 
-import io
 import json
 import math
-import zipfile
 from dataclasses import asdict, fields
 
 import numpy as np
 
 from bakery.errors import InputError
+from bakery.formats import npz
 from bakery.formats.files import digest, read_bytes, write_bytes
+from bakery.formats.npz import pack_arrays
 from bakery.types import EXPRESSIONS, LANDMARKS, Camera, Fit, Landmarks, Maker, Textures
 
 LARGEST_JSON = 64 * 2**20  # bytes
@@ -230,27 +230,16 @@ def read_fit(path):
     return fit_from_table(path, parse(path, read_bytes(path, LARGEST_JSON)))
 
 
-def pack_arrays(arrays):
-    """Named arrays as npz bytes; the same arrays give the same bytes (numpy would stamp the time)."""
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
-        for name, array in arrays.items():
-            with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as stream:
-                np.lib.format.write_array(stream, np.asarray(array), allow_pickle=False)
-    return buffer.getbuffer()
-
-
 def unpack_arrays(name, data):
     """Named arrays from npz bytes.
 
     Raises:
-        InputError: damaged, or not an npz.
+        InputError: damaged, or not an npz; see `npz.unpack_arrays`.
     """
     try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as file:
-            return {key: file[key] for key in file.files}
-    except (OSError, ValueError, EOFError, KeyError, TypeError, zipfile.BadZipFile):
-        raise InputError(f"{name}: a damaged or foreign file; make it again") from None
+        return npz.unpack_arrays(data, LARGEST_ARRAYS)
+    except npz.NpzError as error:
+        raise InputError(f"{name}: {error}; make it again") from None
 
 
 def write_arrays(path, arrays):

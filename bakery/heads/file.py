@@ -22,7 +22,8 @@ from pathlib import Path
 import numpy as np
 
 from bakery.errors import InputError, ModelError
-from bakery.formats.files import replacing
+from bakery.formats import npz
+from bakery.formats.files import read_bytes, replacing
 from bakery.heads.base import FOLLOW, PARTS, HeadModel
 from bakery.paths import ASSETS
 from bakery.types import EXPRESSIONS, LANDMARKS
@@ -31,6 +32,11 @@ BUILT_IN = ASSETS / "heads"
 DEFAULT = "makehuman"
 # Bytes of identity modes that are stored as they are: inflating the built-in head's took 28 of 65 ms.
 PLAIN = 6_000_000
+MOST_VERTICES = 500_000  # unpacked, the 52 expressions have 624 bytes a vertex
+TEXT = "name licence source part_names expression_names rectangle_names".split()
+WHOLE = (
+    "faces uv_faces face_part follow expression_start expression_vertex landmark_faces"
+).split()
 ARRAYS = (
     "name licence source mean faces uv uv_faces face_part part_names follow identity "
     "expression_names expression_start expression_vertex expression_value landmark_faces "
@@ -90,10 +96,10 @@ def load_head(name_or_path=DEFAULT):
     """
     path = find_head(name_or_path)
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {key: file[key] for key in file.files}
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
-        raise ModelError(f"{path}: not a readable head model ({error}); import it again") from error
+        arrays = npz.unpack_arrays(read_bytes(path))
+    except (npz.NpzError, InputError) as error:
+        reason = str(error).removeprefix(f"{path}: ")
+        raise ModelError(f"{path}: not a readable head model ({reason}); import it again") from None
     try:
         return _from_arrays(arrays)
     except ValueError as error:
@@ -104,6 +110,14 @@ def _from_arrays(arrays):
     missing = [key for key in ARRAYS if key not in arrays]
     if missing:
         raise ValueError(f"lacks {', '.join(missing)}")
+    for key in ARRAYS:
+        kinds, wanted = ("iu", "whole numbers") if key in WHOLE else ("f", "numbers with a point")
+        if key in TEXT:
+            kinds, wanted = "U", "text"
+        if arrays[key].dtype.kind not in kinds:
+            raise ValueError(f"{key} holds {arrays[key].dtype}, needs {wanted}")
+        if arrays[key].ndim == 0 and key not in ("name", "licence", "source"):
+            raise ValueError(f"{key} is one value, needs a list")
     names = [str(name) for name in arrays["part_names"]]
     unknown = sorted(set(names) - set(PARTS))
     if unknown:
@@ -115,6 +129,8 @@ def _from_arrays(arrays):
         )
     mean, uv = arrays["mean"], arrays["uv"]
     V, F, U = len(mean), len(arrays["faces"]), len(uv)
+    if V > MOST_VERTICES:
+        raise ValueError(f"has {V} vertices, at most {MOST_VERTICES} are read")
     shapes = {
         "mean": (V, 3),
         "faces": (F, 3),
