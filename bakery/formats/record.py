@@ -12,6 +12,7 @@ from bakery.formats.files import digest, read_bytes, write_bytes
 from bakery.formats.npz import pack_arrays
 from bakery.types import EXPRESSIONS, LANDMARKS, Camera, Fit, Landmarks, Maker, Textures
 
+REACH = 10  # picture sizes; a point farther from the corner than that belongs to no face in it
 LARGEST_JSON = 64 * 2**20  # bytes
 LARGEST_ARRAYS = 8 * 2**30  # bytes; a 4096-texel texture file has 1 GiB
 
@@ -84,10 +85,10 @@ def faces_from_table(name, table):
     """Image size (width, height) and the Landmarks of each face.
 
     Raises:
-        InputError: something is missing or has a wrong shape.
+        InputError: something is missing, has a wrong shape, or cannot be a face of such a picture.
     """
     with _reading(name, "bakery detect"):
-        size = (int(table["image"]["width"]), int(table["image"]["height"]))
+        size = (_size(table["image"]["width"]), _size(table["image"]["height"]))
         maker = _maker(table.get("detector", {"name": "given"}))
         faces = [
             Landmarks(
@@ -99,7 +100,23 @@ def faces_from_table(name, table):
             )
             for face in table["faces"]
         ]
+        for face in faces:
+            _check_face(face, size)
         return size, faces
+
+
+def _check_face(face, size):
+    """Raise ValueError for points or a box that lie nowhere near the picture or span nothing."""
+    places = np.concatenate([face.points, face.box[None, :2], face.box[None, 2:]])
+    far = places[np.abs(places).max(1) > REACH * max(size)]
+    if len(far):
+        raise ValueError(
+            f"a point at ({far[0, 0]:.4g}, {far[0, 1]:.4g}), in a picture of {size[0]}x{size[1]}"
+        )
+    if np.ptp(face.points, axis=0).min() < 1:
+        raise ValueError("the points of a face lie in one place or line")
+    if face.box[2:].min() <= 0:
+        raise ValueError("the box of a face has no area")
 
 
 def _maker(table):
@@ -156,7 +173,7 @@ def fit_from_table(name, table):
         InputError: something is missing or has a wrong shape.
     """
     with _reading(name, "bakery fit"):
-        camera, expression = table["camera"], table["expression"]
+        camera, expression = table["camera"], dict(table["expression"])
         unknown = sorted(set(expression) - set(EXPRESSIONS))
         if unknown:
             raise ValueError(f"unknown expression {', '.join(unknown)}")
@@ -197,6 +214,9 @@ def _size(value):
     return int(value)
 
 
+WRONG = (KeyError, ValueError, TypeError, IndexError, AttributeError, OverflowError)
+
+
 class _reading:
     """Turns what a wrong table raises into one line."""
 
@@ -207,17 +227,14 @@ class _reading:
         return self
 
     def __exit__(self, kind, error, trace):
-        if kind is not None and issubclass(kind, KeyError):
-            raise InputError(
-                f"{self.name}: lacks {error}; write it again with `{self.command}`"
-            ) from None
-        if kind is not None and issubclass(
-            kind, (TypeError, ValueError, IndexError, AttributeError, OverflowError)
-        ):
-            reason = " ".join(str(error).split())[:120]
-            raise InputError(
-                f"{self.name}: {reason}; write it again with `{self.command}`"
-            ) from None
+        if kind is None or not issubclass(kind, WRONG):
+            return
+        reason = " ".join(str(error).split())[:120]
+        if issubclass(kind, KeyError):
+            reason = f"lacks {error}"
+        elif not issubclass(kind, ValueError):
+            reason = "a table of another layout"
+        raise InputError(f"{self.name}: {reason}; write it again with `{self.command}`") from None
 
 
 def read_faces(path):
