@@ -105,20 +105,6 @@ def faces_from_table(name, table):
         return size, faces
 
 
-def _check_face(face, size):
-    """Raise ValueError for points or a box that lie nowhere near the picture or span nothing."""
-    places = np.concatenate([face.points, face.box[None, :2], face.box[None, 2:]])
-    far = places[np.abs(places).max(1) > REACH * max(size)]
-    if len(far):
-        raise ValueError(
-            f"a point at ({far[0, 0]:.4g}, {far[0, 1]:.4g}), in a picture of {size[0]}x{size[1]}"
-        )
-    if np.ptp(face.points, axis=0).min() < 1:
-        raise ValueError("the points of a face lie in one place or line")
-    if face.box[2:].min() <= 0:
-        raise ValueError("the box of a face has no area")
-
-
 def _maker(table):
     """The Maker of a table of texts; what it does not know of is left out."""
     known = {
