@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "bakery"
 LAYERS = [
     {"errors", "parallel", "paths"}, {"check"}, {"types", "landmarks"}, {"geometry"},
-    {"formats", "preset"}, {"heads", "detectors", "generators"}, {"stages"}, {"synth"},
+    {"formats", "preset"}, {"heads", "detectors", "generators"}, {"stages"}, {"hair"}, {"synth"},
     {"runtime"}, {"export"}, {"bake"}, {"show"}, {"motion"}, {"train"}, {"evaluate"}, {"cli"},
     {"__main__"},
 ]  # fmt: skip

@@ -44,6 +44,7 @@ class Request:
     options: BuildOptions = field(default_factory=BuildOptions)
     head: str = "makehuman"
     generator: str = "pagan"
+    hair: str = "layer"
     detector: str = "network"
     landmarks: Path | None = None
     face: int | None = None
@@ -83,7 +84,7 @@ def build(request: Request, progress: Progress | None = None) -> list[Finding]:
     generator, head = plug_in("generators", request.generator), load_head(request.head)
     with work_folder(request.output, request.work) as work:
         seen = find_portrait(request, head, work, show)
-        made_by = _maker("generators", request.generator)
+        made_by = _maker("generators", request.generator), _maker("hair", request.hair)
         kept = Kept(work, key_of(seen.key, made_by, asdict(options.texture)))
         textures = paint(
             seen.photo,
@@ -92,6 +93,7 @@ def build(request: Request, progress: Progress | None = None) -> list[Finding]:
             seen.segmentation,
             head,
             generator,
+            plug_in("hair", request.hair),
             options,
             kept,
             show,
@@ -235,6 +237,7 @@ def recipe(request: Request) -> str:
         digest_file(given) if given else _maker("detectors", request.detector),
         load_head(request.head).digest,
         _maker("generators", request.generator),
+        _maker("hair", request.hair),
         asdict(request.options),
         request.keep_photo,
     )
@@ -264,7 +267,7 @@ def describe(request: Request) -> str:
         BakeryError: what `build` would refuse.
     """
     check_place(request.output, request.overwrite)
-    plug_in("generators", request.generator)
+    plug_in("generators", request.generator), plug_in("hair", request.hair)
     head = load_head(request.head)
     seen = find_portrait(request, head, None, lambda step, done, total: None)
     height, width = seen.photo.encoded.shape[:2]

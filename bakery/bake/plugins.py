@@ -22,7 +22,9 @@ def plug_in(group: str, name: str) -> Any:
     """
     found = known(group)
     if name not in found:
-        raise InputError(f"no {group[:-1]} '{name}'; known: {', '.join(sorted(found))}")
+        raise InputError(
+            f"no {group.removesuffix('s')} '{name}'; known: {', '.join(sorted(found))}"
+        )
     return found[name].load()()
 
 

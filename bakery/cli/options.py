@@ -66,10 +66,15 @@ fitted = click.option(
 )
 
 
+hair = click.option(
+    "--hair", default="layer", show_default=True, help="What makes hair; none leaves it off."
+)
+
+
 def baking(command):
     """The options that `build` and every single step take, so that one call can be made of parts."""
     for option in (
-        overwrite, which_face, detector, generator, head, resolution, settings, preset,
+        overwrite, which_face, detector, hair, generator, head, resolution, settings, preset,
     ):  # fmt: skip
         command = option(command)
     return command

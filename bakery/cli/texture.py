@@ -33,8 +33,8 @@ def texture(photo, fitted, output, overwrite, preset, settings, resolution, **re
     seen = pipeline.read_portrait(asked, fitted, head)
     with options.progress() as progress:
         painted = paint(
-            seen.photo, seen.landmarks, seen.fit, seen.segmentation, head, generator, chosen,
-            progress=progress,
+            seen.photo, seen.landmarks, seen.fit, seen.segmentation, head, generator,
+            plug_in("hair", asked.hair), chosen, progress=progress,
         )  # fmt: skip
     record.write_arrays(output, record.textures_to_arrays(painted))
 
