@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from bakery.bake.bundle import write_bundle
+from bakery.bake.estimate import estimate
 from bakery.bake.faces import landmarks_file, one_face
 from bakery.bake.fitting import check_head, examine, fit_portrait, made_from, segment_portrait
 from bakery.bake.kept import Kept
@@ -281,5 +282,6 @@ def describe(request: Request) -> str:
             f"generator   {request.generator}",
             f"bundle      {request.output} ({options.texture.resolution} texels, "
             f"{options.texture.mouths} mouths)",
+            f"takes       {estimate(options)}",
         ]
     )
