@@ -12,7 +12,7 @@ from bakery.cli import options
 @click.option(
     "-o", "--output", required=True, type=click.Path(path_type=Path), help="PNG to write."
 )
-@click.option("--weights", default="", help="Expression: jawOpen=0.6,mouthSmileLeft=0.8")
+@options.weights
 @click.option(
     "--fit", "fitted", type=click.Path(path_type=Path),
     help="Expression and camera from what `bakery fit` wrote of another photo.",
@@ -26,16 +26,17 @@ from bakery.cli import options
 )  # fmt: skip
 @click.option("--hair/--no-hair", default=True, help="Show the hair layer (shown).")
 @click.option("--mask", type=click.Path(path_type=Path), help="PNG of the pixels of the face.")
-def render(bundle, output, mask, **wanted):
+@options.overwrite
+def render(bundle, output, mask, overwrite, **wanted):
     """Draw a frame of BUNDLE.
 
     \b
     bakery render portrait.avatar -o out.png --weights jawOpen=0.6,mouthSmileLeft=0.8
     bakery render portrait.avatar -o out.png --fit smiling.json --mask mask.png
     bakery render portrait.avatar -o out.png --view photo
-
-    A frame replaces an older one without asking, for players render many.
     """
+    for place in (output, mask):
+        options.may_write(place, overwrite, endings=options.PICTURES)
     from bakery.export.open import open_avatar
     from bakery.formats.image import write_image
     from bakery.show import frame as frames
@@ -45,6 +46,7 @@ def render(bundle, output, mask, **wanted):
     write_image(output, picture)
     if mask is not None:
         write_image(mask, covered)
+    options.wrote(output, mask)
 
 
 @click.command(cls=options.Command)
@@ -64,5 +66,6 @@ def recover(bundle, expressions, output, overwrite):
     from bakery.formats.exr import write_exr
     from bakery.show import frame as frames
 
-    options.may_write(output, overwrite)
+    options.may_write(output, overwrite, endings=(".exr",))
     write_exr(output, frames.recover(open_avatar(bundle), expressions))
+    options.wrote(output)

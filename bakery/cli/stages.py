@@ -1,13 +1,11 @@
 """The steps of the bake as commands; each reads the last one's file."""
 
-from pathlib import Path
-
 import click
 
 from bakery.cli import options
 from bakery.errors import BakeryError
 
-output = click.option("-o", "--output", required=True, type=click.Path(path_type=Path))
+output = click.option("-o", "--output", required=True, type=options.PATH)
 
 
 @click.command(cls=options.Command)
@@ -34,6 +32,7 @@ def detect(photos, output, dry_run, overwrite, detector, frame, **others):
         if not dry_run:
             height, width = image.encoded.shape[:2]
             options.write(place, record.dump(record.faces_to_table(width, height, faces)))
+        return not dry_run
 
     _each(photos, output, overwrite, one)
 
@@ -74,6 +73,7 @@ def fit(
         if not dry_run:
             fitted, _ = fit_portrait(photo, image, points, model, chosen)
             options.write(place, record.dump(record.fit_to_table(fitted, image)))
+        return not dry_run
 
     _each(photos, output, overwrite, one)
 
@@ -86,18 +86,27 @@ def _check_early(photo, frame):
 
 
 def _each(photos, output, overwrite, one):
-    """Call `one` for each photo; a bad photo does not stop the others, but the exit code tells."""
-    failed = None
+    """Call `one` for each photo; a bad photo does not stop the others, but the exit code tells.
+
+    Args:
+        one: function of a photo and its place, which says whether it wrote there.
+    """
+    failed, written = None, []
     places = options.destinations(photos, output)
     with options.progress() as progress:
         for done, (photo, place) in enumerate(places):
             progress("photos", done, len(places))
             try:
                 options.may_write(place, overwrite)
-                one(photo, place)
+                if one(photo, place):
+                    written.append(place)
             except BakeryError as error:
                 if failed is not None:
                     click.echo(f"bakery: {failed}", err=True)
                 failed = error
+    if len(written) > 1:
+        options.say(f"wrote {len(written)} files to {output}")
+    else:
+        options.wrote(*written)
     if failed is not None:
         raise failed

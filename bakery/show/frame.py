@@ -7,7 +7,7 @@ import numpy as np
 from bakery.bake.fitting import fitted_neutral
 from bakery.errors import InputError, ModelError
 from bakery.formats import record
-from bakery.formats.targets import weight_rows
+from bakery.formats.targets import parse_weights, weight_rows
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_encoded
 from bakery.geometry.fill import smoothstep
@@ -69,13 +69,7 @@ def parse(
 
 def _weights(text):
     """[E] weights of "name=value,..."; nan where nothing is said."""
-    table = {}
-    for item in filter(None, (part.strip() for part in text.split(","))):
-        name, equals, value = item.partition("=")
-        try:
-            table[name.strip()] = float(value)
-        except ValueError:
-            raise InputError(f"--weights: '{item}'; give NAME=VALUE, as jawOpen=0.6") from None
+    table = parse_weights(text, "--weights")
     row = weight_rows([table], "--weights")[0]
     return np.array([row[i] if n in table else np.nan for i, n in enumerate(EXPRESSIONS)])
 
