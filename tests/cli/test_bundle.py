@@ -158,6 +158,37 @@ def test_two_bakes_and_the_single_steps_give_the_same_bytes(bakery, bundle, port
     assert [str(name) for name in mine if mine[name] != others[name]] == []
 
 
+def test_what_file_managers_leave_behind_is_no_damage(copy):
+    for name in (".DS_Store", "web/._avatar.json", "Thumbs.db", "web/desktop.ini"):
+        (copy / name).write_bytes(b"x")
+    assert problems(copy) == []
+    others = ["DS_Store", "thumbs.exe", "web/.hidden", "desktop.ini.lnk", "a._b"]
+    for name in others:
+        (copy / name).write_bytes(b"x")
+    assert sorted(line.split(":")[0] for line in problems(copy)) == sorted(map(repr, others))
+    (copy / "._link").symlink_to(copy / "face.exr")
+    assert any("'._link': a link" in line for line in problems(copy))
+
+
+@pytest.mark.parametrize("what", ["missing", "pipe", "link", "folder", "changed"])
+def test_inspect_of_a_bundle_without_its_texture(copy, bakery, what):
+    import os
+
+    face = copy / "face.exr"
+    face.rename(copy.parent / "elsewhere.exr")
+    if what == "pipe":
+        os.mkfifo(face)
+    elif what == "link":
+        face.symlink_to(copy.parent / "elsewhere.exr")
+    elif what == "folder":
+        face.mkdir()
+    elif what == "changed":
+        face.write_bytes(b"")
+    done = bakery("inspect", copy, timeout=60)
+    assert done.returncode == 1 and done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1 and "face.exr: " in done.stderr
+
+
 def test_inspect(bundle, bakery):
     table = json.loads(bakery("inspect", bundle, "--json").stdout)
     assert table["resolution"] == 512 and table["gaze"] == 20
