@@ -50,3 +50,27 @@ def read_gaze(path):
 def read_mouths(path):
     """Mouth poses [M, E]."""
     return weight_rows(json.loads(Path(path).read_text(encoding="utf-8")), path)
+
+
+def expression_weights(text: str) -> np.ndarray:
+    """Weights [E] of named expressions: "laugh", "laugh=0.5" or several, as "laugh=0.5,wink".
+
+    The names are those of presets/expressions/named.toml; several are added, up to 1.
+
+    Raises:
+        InputError: an unknown name, or a strength outside 0..1.
+    """
+    names, rows = read_keys(presets_folder() / "expressions" / "named.toml")
+    out = np.zeros(len(EXPRESSIONS), np.float32)
+    for item in filter(None, (part.strip() for part in text.split(","))):
+        name, equals, strength = (part.strip() for part in item.partition("="))
+        if name not in names:
+            raise InputError(f"no expression '{name}'; known: {', '.join(names)}")
+        try:
+            share = float(strength) if equals else 1.0
+        except ValueError:
+            share = np.nan
+        if not 0 <= share <= 1:
+            raise InputError(f"expression '{item}'; give a strength of 0 to 1, as {name}=0.5")
+        out += np.float32(share) * rows[names.index(name)]
+    return np.minimum(out, 1)

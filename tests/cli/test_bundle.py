@@ -179,7 +179,7 @@ def test_render(bundle, bakery, tmp_path):
         (["--view", "photo", "--size", 240], (240, 200)),
         (["--fit", fit], (480, 400)),
     ):
-        done = bakery("render", bundle, "-o", tmp_path / "a.png", *options)
+        done = bakery("render", bundle, "-o", tmp_path / "a.png", "--overwrite", *options)
         assert done.returncode == 0, done.stderr
         assert cv2.imread(str(tmp_path / "a.png")).shape[:2] == size
     mask = cv2.imread(str(tmp_path / "m.png"), cv2.IMREAD_UNCHANGED)
