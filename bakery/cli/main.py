@@ -15,6 +15,7 @@ from bakery.errors import BakeryError
 COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of the bake
     "build": ("build", "Bake a portrait into an avatar bundle."),
     "detect": ("stages", "Find faces and their 478 landmarks."),
+    "segment": ("stages", "Label the pixels of photos: skin, hair, clothes ..."),
     "fit": ("stages", "Fit the head model to photos."),
     "textures": ("stages", "Paint the textures of one fit."),
     "masks": ("stages", "Draw the activation masks of a head model."),

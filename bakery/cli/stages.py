@@ -8,68 +8,136 @@ from bakery.cli import options
 from bakery.errors import BakeryError
 
 output = click.option("-o", "--output", required=True, type=click.Path(path_type=Path))
+overlay = click.option(
+    "--preview", type=click.Path(path_type=Path),
+    help="Picture of what was found, drawn over the photo (of several, a folder).",
+)  # fmt: skip
+OVERLAYS = (".png", ".jpg", ".webp")
 
 
 @click.command(cls=options.Command)
 @options.photos
 @output
+@overlay
 @options.frame
 @options.overwrite
 @options.dry_run
-def detect(photos, output, frame, overwrite, dry_run):
+def detect(photos, output, preview, frame, overwrite, dry_run):
     """Find faces and their 478 landmarks in PHOTOS.
 
     Writes JSON to a file (one photo; "-" is stdout) or as NAME.json into a folder.
 
     \b
     bakery detect portrait.jpg -o portrait.json
-    bakery detect photos/*.jpg -o points/
+    bakery detect photos/*.jpg -o points/ --preview seen/
     """
     if len(photos) == 1:
         _check_early(photos[0], frame)
     from bakery import steps
     from bakery.formats import record
+    from bakery.runtime.overlay import draw_faces
 
-    def one(photo, place):
+    def one(photo, place, shown):
         image, faces = steps.find_faces(photo, frame)
         if not dry_run:
             height, width = image.encoded.shape[:2]
             options.write(place, record.dump(record.faces_to_table(width, height, faces)))
+            _show(shown, lambda: draw_faces(_bytes(image), faces))
 
-    _each(photos, output, overwrite, one)
+    _each(photos, output, preview, overwrite, one)
 
 
 @click.command(cls=options.Command)
 @options.photos
 @output
+@overlay
 @options.head
 @options.which_face
 @options.overwrite
 @options.dry_run
-def fit(photos, output, head, landmarks, face, frame, overwrite, dry_run):
+def fit(photos, output, preview, head, landmarks, face, frame, overwrite, dry_run):
     """Fit the head model to PHOTOS.
 
     Writes JSON to a file (one photo; "-" is stdout) or as NAME.json into a folder.
 
     \b
-    bakery fit portrait.jpg -o fit.json
+    bakery fit portrait.jpg -o fit.json --preview fit.png
     bakery fit photos/*.jpg --landmarks points/ -o fits/
     """
     if len(photos) == 1:
         _check_early(photos[0], frame)
     from bakery import steps
     from bakery.formats import record
+    from bakery.runtime.overlay import draw_fit
 
     model = steps.load_head(head)
 
-    def one(photo, place):
+    def one(photo, place, shown):
         given = steps.landmarks_file(landmarks, photo)
         image, points = steps.one_face(photo, frame, given, face)
         if not dry_run:
             fitted, _ = steps.place_head(photo, image, points, model)
             options.write(place, record.dump(record.fit_to_table(fitted, image)))
+            neutral = steps.fitted_neutral(model, fitted)
+            shape = model.vertices(neutral, fitted.expression, fitted.gaze)
+            _show(shown, lambda: draw_fit(_bytes(image), points, fitted, model, shape))
 
-    _each(photos, output, overwrite, one)
+    _each(photos, output, preview, overwrite, one)
+
+
+@click.command(cls=options.Command)
+@options.photos
+@output
+@overlay
+@options.chosen
+@options.which_face
+@options.overwrite
+@options.dry_run
+def segment(
+    photos, output, preview, preset, settings, landmarks, face, frame, overwrite, dry_run
+):  # fmt: skip
+    """Label every pixel of PHOTOS.
+
+    Writes an indexed PNG (one photo; "-" is stdout) or NAME.png into a folder. A pixel's index is
+    its label: 0 background, 1 skin (beards, brows and lashes too), 2 hair, 3 clothes, 4 glasses,
+    5 eyes, 6 lips, 7 mouth, 8 hidden (part of the face that hair or deep shadow covers).
+
+    \b
+    bakery segment portrait.jpg -o labels.png --preview seen.png
+    bakery segment photos/*.jpg -o labels/
+    """
+    if len(photos) == 1:
+        _check_early(photos[0], frame)
+    from bakery import steps
+    from bakery.formats.labels import encode_labels
+    from bakery.runtime.overlay import LABEL_COLORS, draw_labels
+
+    chosen = options.build_options(preset, settings)
+
+    def one(photo, place, shown):
+        given = steps.landmarks_file(landmarks, photo)
+        image, points = steps.one_face(photo, frame, given, face)
+        if not dry_run:
+            labels = steps.segment_portrait(image, points, chosen).labels
+            options.write(place, encode_labels(labels, LABEL_COLORS))
+            _show(shown, lambda: draw_labels(_bytes(image), labels))
+
+    _each(photos, output, preview, overwrite, one, ".png")
+
+
+def _bytes(photo):
+    """The photo [H, W, 3] uint8 sRGB."""
+    import numpy as np
+
+    return (np.clip(photo.encoded, 0, 1) * 255 + 0.5).astype(np.uint8)
+
+
+def _show(place, draw):
+    """Write an overlay if one is wanted."""
+    from bakery.formats.image import write_image
+
+    if place is not None:
+        write_image(place, draw())
 
 
 def _check_early(photo, frame):
@@ -79,22 +147,39 @@ def _check_early(photo, frame):
     check_file(photo, frame)
 
 
-def _each(photos, output, overwrite, one):
+def _each(photos, output, preview, overwrite, one, ending=".json"):
     """Call `one` for each photo; a bad photo does not stop the others, but the exit code tells."""
     failed = None
-    places = options.destinations(photos, output)
+    places = options.destinations(photos, output, ending)
+    shown = _overlays(photos, preview)
+    if preview is not None and {place for _, place in places} & {preview, *shown}:
+        raise click.UsageError("-o and --preview name one file; give two")
     with options.progress() as progress:
-        for done, (photo, place) in enumerate(places):
+        for done, ((photo, place), overlay) in enumerate(zip(places, shown)):
             progress("photos", done, len(places))
             try:
                 options.may_write(place, overwrite)
-                one(photo, place)
+                options.may_write(overlay, overwrite)
+                one(photo, place, overlay)
             except BakeryError as error:
                 if failed is not None:
                     click.echo(f"bakery: {failed}", err=True)
                 failed = error
     if failed is not None:
         raise failed
+
+
+def _overlays(photos, preview):
+    """Where the overlay of each photo goes: paths, or None where none is wanted."""
+    if preview is None:
+        return [None] * len(photos)
+    if str(preview) == "-":
+        raise click.UsageError("--preview needs a file; stdout is for what -o writes")
+    ending = preview.suffix.lower()
+    if ending not in OVERLAYS and ending and not preview.is_dir():
+        raise click.UsageError(f"--preview: pictures are {', '.join(OVERLAYS)}, not '{preview}'")
+    ending = ending if ending in OVERLAYS else ".png"
+    return [place for _, place in options.destinations(photos, preview, ending)]
 
 
 @click.command(cls=options.Command)
