@@ -168,10 +168,8 @@ def read_portrait(request: Request, fitted: Path, head: HeadModel) -> Portrait:
     check_head(fitted, fit, head)
     given = landmarks_file(request.landmarks, request.photo)
     photo, landmarks = one_face(request.photo, request.frame, given, request.face, request.detector)
-    # As `build` has them: what a file holds of landmarks is rounded.
+    landmarks = record.rounded_face(photo, landmarks)  # as `build` has them
     height, width = photo.encoded.shape[:2]
-    table = record.faces_to_table(width, height, [landmarks])
-    landmarks = record.faces_from_table("landmarks", table)[1][0]
     if (fit.camera.width, fit.camera.height) != (width, height):
         raise InputError(
             f"{fitted}: a fit of a photo of {fit.camera.width}x{fit.camera.height}, "

@@ -15,8 +15,9 @@ from bakery.errors import BakeryError, UsageProblem
 
 COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of the bake
     "build": ("build", "Bake a portrait into an avatar bundle."),
-    "detect": ("stages", "Find faces and their 478 landmarks."),
-    "fit": ("stages", "Fit the head model to photos."),
+    "detect": ("detect", "Find faces and their 478 landmarks."),
+    "segment": ("segment", "Label the pixels of photos: skin, hair, clothes ..."),
+    "fit": ("fit", "Fit the head model to photos."),
     "texture": ("texture", "Paint the textures of one fit."),
     "mask": ("texture", "Draw the activation masks of a head model."),
     "bundle": ("bundle", "Pack fit, textures and masks into a bundle."),
