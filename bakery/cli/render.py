@@ -18,7 +18,10 @@ from bakery.cli import options
     help="Expression and camera from what `bakery fit` wrote of another photo.",
 )  # fmt: skip
 @click.option("--gaze", help="YAW,PITCH in degrees, to the subject's left and up.")
-@click.option("--view", default="front", show_default=True, help="photo, front or YAW,PITCH.")
+@click.option(
+    "--view", default="front", show_default=True,
+    help="photo (of a bundle built with --keep-photo), front or YAW,PITCH.",
+)  # fmt: skip
 @click.option("--size", type=click.IntRange(16, 8192), help="Pixels on a side (512).")
 @click.option(
     "--textures", type=click.Choice(["dynamic", "static"]), default="dynamic", show_default=True,

@@ -42,6 +42,10 @@ class Note:
     text: str
     source_type: str  # IPTC digital source type, a URL
 
+    def xmp(self) -> str:
+        """The same as an XMP packet."""
+        return XMP.format(source=escape(self.source_type), note=escape(self.text))
+
 
 @contextlib.contextmanager
 def quiet():
@@ -60,12 +64,14 @@ class Clip:
         """Open a video.
 
         Raises:
-            InputError: no video that can be read, or too large.
+            InputError: no video that can be read, truncated, or too large.
         """
         path = Path(path)
         if not path.is_file():
             raise InputError(f"{path}: no such file; give a video such as clip.mp4")
         self.path = path
+        if mp4.is_mp4(path):
+            mp4.check_frames(path)
         with quiet():
             self.capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
         if not self.capture.isOpened():
@@ -95,7 +101,7 @@ class Clip:
             last = now
         self.capture.release()
         if last < 0:
-            raise InputError(f"{self.path}: holds no frame that can be read; convert it first")
+            raise InputError("holds no frame that can be read; convert it first")
 
 
 def kind_of(path):
@@ -207,8 +213,7 @@ def _join_mp4(file, parts, size, note, sound, start):
         if heard.places:
             tracks.append(heard)
             delays.append(delay)
-    xmp = XMP.format(source=escape(note.source_type), note=escape(note.text))
-    mp4.write_mp4(file, tracks, size, note.text, xmp, delays)
+    mp4.write_mp4(file, tracks, size, note.text, note.xmp(), delays)
 
 
 def _join_webm(file, parts, rate, size, note, sound, start):
