@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from bakery.cli import options
+from bakery.cli.animate import timecode_base
 
 path = click.Path(path_type=Path)
 
@@ -22,6 +23,7 @@ path = click.Path(path_type=Path)
 @click.option("--gaze", help="YAW,PITCH in degrees, to the subject's left and up.")
 @click.option("--hair/--no-hair", default=True, show_default=True, help="Show the hair layer.")
 @click.option("--curves", type=path, help="Live Link Face CSV: paint a video of it.")
+@timecode_base
 @click.option("--frames", metavar="FIRST:LAST", help="Only these frames of the take, from 0.")
 @click.option("--mask", type=path, help="PNG of the pixels of the face.")
 @options.generator
@@ -37,6 +39,7 @@ def generate(
     output,
     mask,
     curves,
+    base,
     frames,
     hair,
     overwrite,
@@ -73,12 +76,14 @@ def generate(
         raise click.UsageError("--curves brings its own expressions and gaze; no --mask either")
     painter = plug_in("generators", generator)
     if curves is not None:
-        take, view = read_take(curves), (asked[3] or 0.0, asked[4] or 0.0)
+        take, view = read_take(curves, base), (asked[3] or 0.0, asked[4] or 0.0)
         chosen_frames = slice(*parse_frames(frames))
         sitter = portrayal.sit(photo, head, chosen, **wanted)
         with options.progress(output.name) as progress:
             portrayal.film(sitter, take, painter, output, view, chosen_frames, progress)
         options.wrote(output)
+        for note in take.notes:
+            options.say(f"{curves}: {note}")
         return
     sitter = portrayal.sit(photo, head, chosen, **wanted)
     picture, face = portrayal.paint(sitter, target, painter, hair)

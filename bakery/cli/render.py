@@ -20,7 +20,10 @@ from bakery.cli import options
     help="Expression and camera from what `bakery fit` wrote of another photo.",
 )  # fmt: skip
 @click.option("--gaze", help="YAW,PITCH in degrees, to the subject's left and up.")
-@click.option("--view", default="front", show_default=True, help="photo, front or YAW,PITCH.")
+@click.option(
+    "--view", default="front", show_default=True,
+    help="photo (of a bundle built with --keep-photo), front or YAW,PITCH.",
+)  # fmt: skip
 @click.option(
     "--framing", type=click.Choice(["head", "face"]), default="head", show_default=True,
     help="What front and YAW,PITCH hold: the whole head from any side, or the face, nearer.",

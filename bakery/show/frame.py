@@ -25,7 +25,7 @@ from bakery.runtime.blend import face_texture
 from bakery.runtime.framing import head_camera
 from bakery.runtime.render import draw, over_gray, over_photo, portrait_at
 from bakery.stages.condition import face_camera
-from bakery.stages.fit_gaze import LIMIT
+from bakery.stages.fit.gaze import LIMIT
 from bakery.types import EXPRESSIONS, Fit
 
 SIZE = 512  # pixels

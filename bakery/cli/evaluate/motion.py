@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 
 from bakery.cli import options
+from bakery.cli.animate import timecode_base
 
 
 @click.command(cls=options.Command)
@@ -32,11 +33,12 @@ def track(head, people, frames, seed):
 @click.command(cls=options.Command)
 @click.argument("bundle", type=click.Path(path_type=Path))
 @click.option("--curves", required=True, type=click.Path(path_type=Path), help="Take to play.")
+@timecode_base
 @click.option("--size", default=512, show_default=True, type=click.IntRange(16, 4096))
 @click.option("--frames", metavar="FIRST:LAST", help="Only these frames, counted from 0.")
 @click.option("--view", default="front", show_default=True, help="photo, front or YAW,PITCH.")
 @click.option("--kind", type=click.Choice([".webm", ".mp4"]), default=".webm", show_default=True)
-def animate(bundle, curves, size, frames, view, kind):
+def animate(bundle, curves, base, size, frames, view, kind):
     """Play a take with BUNDLE, encode it, keep nothing: frames a second, memory."""
     from bakery.evaluate import playing
     from bakery.export.open import open_avatar
@@ -46,5 +48,5 @@ def animate(bundle, curves, size, frames, view, kind):
 
     first, last = parse_frames(frames)
     show = Show(view=scenes.parse(view=view)["view"], size=size, first=first, last=last)
-    result = playing.measure(open_avatar(bundle), read_take(curves), show, kind)
+    result = playing.measure(open_avatar(bundle), read_take(curves, base), show, kind)
     click.echo(json.dumps(vars(result)))
