@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
 
@@ -296,8 +297,18 @@ def summary(folder, manifest):
 
 
 def head_digest(head):
-    """SHA-256 over the numbers of a head model, so that a bundle finds its own again."""
+    """SHA-256 over all that a head model is, as hexadecimal text.
+
+    Names, types and shapes count as well as values: a fit of one head is never taken for that of
+    another, and a bundle says which head it was made with.
+    """
     sha = hashlib.sha256()
-    for name in ("mean", "faces", "uv", "uv_faces", "face_part", "expression_basis"):
-        sha.update(np.ascontiguousarray(getattr(head, name)).tobytes())
+    for item in fields(head):
+        value = getattr(head, item.name)
+        if isinstance(value, np.ndarray):
+            about, data = [value.dtype.str, value.shape], np.ascontiguousarray(value).data
+        else:
+            about, data = head_digest(value) if is_dataclass(value) else value, b""
+        sha.update(json.dumps([item.name, about], sort_keys=True).encode())
+        sha.update(data)
     return sha.hexdigest()
