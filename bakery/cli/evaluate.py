@@ -26,15 +26,19 @@ def _line(record):
 @portraits
 @click.option("--detector", default="network", show_default=True)
 @click.option("--set", "sets", multiple=True, help="Folder of PORTRAITS; may be repeated.")
-def detect(portraits, detector, sets):
+@click.option("--stress", is_flag=True, help="Small, tilted, cut and double faces instead.")
+def detect(portraits, detector, sets, stress):
     """Distance of detected from reference points, over the outer-eye-corner distance."""
-    from bakery.evaluate import detection
+    from bakery.evaluate import detection, detection_stress
     from bakery.steps import plug_in
 
+    finder, sets = plug_in("detectors", detector), sets or detection.SETS
+    if stress:
+        for result in detection_stress.stress_folder(portraits, finder, sets):
+            click.echo(detection.as_json(result))
+        return
     results = []
-    for result in detection.measure_folder(
-        portraits, plug_in("detectors", detector), sets or detection.SETS
-    ):
+    for result in detection.measure_folder(portraits, finder, sets):
         click.echo(detection.as_json(result))
         results.append(result)
     click.echo(detection.as_json(detection.summarize(results)))
