@@ -31,12 +31,3 @@ class FileDetector:
                 f"{have[0]}x{have[1]}; detect again"
             )
         return list(self.faces)
-
-
-def load(path):
-    """A FileDetector.
-
-    Raises:
-        InputError: the file is missing or does not hold landmarks.
-    """
-    return FileDetector(path)

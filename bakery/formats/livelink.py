@@ -41,7 +41,7 @@ import numpy as np
 from bakery.check import check_array
 from bakery.errors import InputError
 from bakery.formats import timecode
-from bakery.formats.files import read_bytes, write_bytes
+from bakery.formats.files import read_bytes
 from bakery.formats.rows import fields_of, records, separator_of
 from bakery.types import EXPRESSIONS
 
@@ -50,7 +50,7 @@ RATES = (24, 25, 30, 48, 50, 60)
 OPTIONAL = "TongueOut"
 HEAD = ("HeadYaw", "HeadPitch", "HeadRoll")
 EYES = tuple(f"{eye}Eye{angle}" for eye in ("Left", "Right") for angle in ("Yaw", "Pitch", "Roll"))
-# The order in which the app writes; `write_take` does the same.
+# The order in which the app writes; `format_take` does the same.
 ORDER = tuple(
     """EyeBlinkLeft EyeLookDownLeft EyeLookInLeft EyeLookOutLeft EyeLookUpLeft EyeSquintLeft
     EyeWideLeft EyeBlinkRight EyeLookDownRight EyeLookInRight EyeLookOutRight EyeLookUpRight
@@ -350,8 +350,3 @@ def format_take(take):
         numbers = ",".join(f"{value + 0.0:.10f}" for value in row)
         lines.append(f"{timecode.written(take.start + time)},{len(row)},{numbers}")
     return ("\n".join(lines) + "\n").encode()
-
-
-def write_take(path, take):
-    """Write a take as Live Link Face CSV; see `files.write_bytes`."""
-    write_bytes(path, format_take(take))

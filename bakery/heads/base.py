@@ -120,13 +120,6 @@ class HeadModel:
         return sha.hexdigest()
 
     @cached_property
-    def vertex_uv(self):
-        """Index [V] of one uv point of each vertex (a seam vertex has several)."""
-        out = np.zeros(len(self.mean), np.int32)
-        out[self.faces.ravel()] = self.uv_faces.ravel()
-        return out
-
-    @cached_property
     def landmark_vertices(self):
         """The three vertices [L, 3] around each landmark."""
         return self.faces[self.landmark_faces]

@@ -53,22 +53,3 @@ def key_activation(masks, key_weights, expression):
     neutral = np.maximum(0, 1 - total)
     scale = 1 / np.maximum(neutral + total, 1e-6)
     return neutral * scale, keys * scale
-
-
-def expression_texture(expression_index, neutral, keys, masks, key_weights):
-    """T_e of one FACS shape by eq. 4: the blend with weight 1 for e and 0 for all others.
-
-    Args:
-        neutral: [T, T, 3] T_0; keys: [K, T, T, 3] T_k; masks: [E, T, T]; key_weights: [K, E].
-
-    Returns:
-        [T, T, 3] float32 linear.
-    """
-    single = np.zeros(len(masks), np.float32)
-    single[expression_index] = 1
-    weight, key_weight = key_activation(masks, key_weights, single)
-    out = weight[..., None] * np.asarray(neutral, np.float32)
-    for share, texture in zip(key_weight, keys):
-        if share.any():
-            out += share[..., None] * np.asarray(texture, np.float32)
-    return out

@@ -3,7 +3,6 @@
 import json
 from dataclasses import fields, is_dataclass, replace
 
-import numpy as np
 import pytest
 
 from bakery.bake import pipeline
@@ -83,28 +82,6 @@ def test_new_weights_or_another_version_are_another_recipe(request_of, monkeypat
 
     monkeypatch.setattr(pipeline, "maker_of", maker)
     assert recipe(request_of) != before
-
-
-def test_the_digest_of_a_head_covers_every_array(head):
-    from bakery.heads.base import HeadModel
-
-    seen = {head.digest}
-    for field in fields(HeadModel):
-        value = getattr(head, field.name)
-        if isinstance(value, np.ndarray) and value.size:
-            other = value.copy()
-            flat = other.reshape(-1)
-            flat[-1] = flat[-1] + 1 if flat[-1] < 1 else flat[-1] - 1
-        elif isinstance(value, str):
-            other = value + "x"
-        elif isinstance(value, dict):
-            other = {name: [0.5, *box[1:]] for name, box in value.items()}
-        else:
-            continue
-        digest = replace(head, **{field.name: other}).digest
-        assert digest not in seen, field.name
-        seen.add(digest)
-    assert len(seen) == 15  # the head as it is, and one change of each field
 
 
 def test_estimates_grow_with_what_is_asked():

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from bakery.detectors import file
+from bakery.detectors.file import FileDetector
 from bakery.errors import InputError
 
 
@@ -16,17 +16,17 @@ def write(path, width=40, height=30):
 
 
 def test_gives_what_the_file_holds(tmp_path):
-    detector = file.load(write(tmp_path / "a.json"))
+    detector = FileDetector(write(tmp_path / "a.json"))
     (face,) = detector.detect(np.zeros((30, 40, 3), np.uint8))
     assert face.points.tolist() == [[3, 4]] * 478
 
 
 def test_refuses_a_photo_of_another_size(tmp_path):
-    detector = file.load(write(tmp_path / "a.json"))
+    detector = FileDetector(write(tmp_path / "a.json"))
     with pytest.raises(InputError, match="40x30"):
         detector.detect(np.zeros((40, 30, 3), np.uint8))
 
 
 def test_refuses_a_missing_file(tmp_path):
     with pytest.raises(InputError, match="no such file"):
-        file.load(tmp_path / "none.json")
+        FileDetector(tmp_path / "none.json")

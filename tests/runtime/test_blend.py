@@ -1,10 +1,16 @@
 """Equation 4 and the mouth's weighted median, against closed forms."""
 
-import numpy as np
+from dataclasses import replace
 
+import numpy as np
+import pytest
+from bakery.frames import recover
+
+from bakery.errors import InputError
 from bakery.runtime.blend import nearest_gaze
 from bakery.runtime.mouth import neighbours, weighted_median
-from bakery.stages.mask import expression_texture, key_activation
+from bakery.stages.mask import key_activation
+from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 E, K = 52, 3
 
@@ -40,15 +46,31 @@ def test_no_expression_is_the_neutral_texture():
     assert (neutral_weight == 1).all() and (key_weights == 0).all()
 
 
-def test_recovered_texture_of_one_shape():
-    """T_e with one key that has all of e, under a full mask, is that key's texture."""
-    masks = np.zeros((E, 2, 2), np.float32)
-    masks[7] = 1
-    keys = np.zeros((2, E), np.float32)
-    keys[1, 7] = 1
-    textures = np.stack([np.full((2, 2, 3), 0.2), np.full((2, 2, 3), 0.7)])
-    out = expression_texture(7, np.zeros((2, 2, 3)), textures, masks, keys)
-    np.testing.assert_allclose(out, 0.7, atol=1e-6)
+def test_recovered_texture_of_one_shape(noise_avatar):
+    """T_e of `bakery recover`: e alone at weight 1. Key 1 has all of e, key 4 a quarter of it.
+
+    Under a full mask the texture is theirs, 4 to 1; half a mask leaves 3/8 of the neutral one.
+    """
+    at = EXPRESSION_INDEX["jawOpen"]
+    keys = np.zeros((6, E), np.float32)
+    keys[1, at], keys[4, at] = 1, 0.25
+    masks = np.zeros((E, 8, 8), np.float32)
+    masks[at, :, :4], masks[at, :, 4:] = 1, 0.5
+    textures = replace(noise_avatar.textures, key_weights=keys)
+    avatar = replace(noise_avatar, textures=textures, masks=masks)
+    made = recover(avatar, ["jawOpen", "browInnerUp"])
+    neutral = textures.neutral.astype(np.float32)
+    one, four = (textures.keys[k].astype(np.float32) for k in (1, 4))
+    # Weights lie between texels of the masks; far from the border of the halves they are constant.
+    left, right = np.s_[:, :48], np.s_[:, 80:]
+    close = {"atol": 6e-4}  # half floats near 1
+    np.testing.assert_allclose(made["jawOpen"][left], (0.8 * one + 0.2 * four)[left], **close)
+    half = 0.375 * neutral + 0.5 * one + 0.125 * four
+    np.testing.assert_allclose(made["jawOpen"][right], half[right], **close)
+    np.testing.assert_array_equal(made["browInnerUp"], textures.neutral)  # no key has it
+    assert list(recover(avatar)) == list(EXPRESSIONS)
+    with pytest.raises(InputError, match="smile"):
+        recover(avatar, ["smile"])
 
 
 def test_weighted_median_by_hand():

@@ -28,15 +28,20 @@ def _line(record):
 @portraits
 @options.detector
 @click.option("--set", "sets", multiple=True, help="Folder of PORTRAITS; may be repeated.")
-def detect(portraits, detector, sets):
+@click.option("--stress", is_flag=True, help="Small, tilted, cut and double faces instead.")
+def detect(portraits, detector, sets, stress):
     """Distance of detected from reference points, over the outer-eye-corner distance."""
     from bakery.bake.plugins import plug_in
     from bakery.evaluate import detection
+    from bakery.evaluate.detection import stress as detection_stress
 
+    finder, sets = plug_in("detectors", detector), sets or detection.SETS
+    if stress:
+        for result in detection_stress.stress_folder(portraits, finder, sets):
+            click.echo(detection.as_json(result))
+        return
     results = []
-    for result in detection.measure_folder(
-        portraits, plug_in("detectors", detector), sets or detection.SETS
-    ):
+    for result in detection.measure_folder(portraits, finder, sets):
         click.echo(detection.as_json(result))
         results.append(result)
     click.echo(detection.as_json(detection.summarize(results)))

@@ -9,7 +9,9 @@ import cv2
 import numpy as np
 
 from bakery.detectors import frames
-from bakery.evaluate.detection import point_error
+from bakery.evaluate.detection import SETS, point_error
+from bakery.formats.image import read_photo
+from bakery.formats.portraits import reference_points
 from bakery.stages.detect import detect_faces
 
 
@@ -55,22 +57,36 @@ def placed(image, points, size, roll, center, canvas):
     return picture, frames.apply_affine(matrix, points)
 
 
-def stress(photos, detector, seed=0):
-    """Run all changes over some photos.
+def stress_folder(portraits, detector, sets=SETS):
+    """`stress` with the photos of a folder; see `detection.measure_folder`.
+
+    Raises:
+        InputError: dense478.npz is missing or names no photo of the sets.
+    """
+    photos = [
+        (np.round(read_photo(path).encoded * 255).astype(np.uint8), points)
+        for path, points in reference_points(portraits, sets).items()
+    ]
+    yield from stress(photos, detector)
+
+
+def stress(photos, detector, seed=0, changes=None):
+    """Run changes over some photos.
 
     Args:
         photos: list of (image [H, W, 3] uint8, points [478, 2] pixels), one face each.
         detector: see `bakery.detectors.base.Detector`.
         seed: of the random places.
+        changes: names of CHANGES; None is all of them.
 
     Yields:
         StressResult
     """
     rng = np.random.default_rng(seed)
-    for name, change in CHANGES.items():
+    for name in changes or CHANGES:
         errors, right, faces = [], 0, 0
         for image, points in photos:
-            picture, truths = change(rng, image, points)
+            picture, truths = CHANGES[name](rng, image, points)
             found = detect_faces(picture, detector)
             right += len(found) == len(truths)
             faces += len(truths)
@@ -85,7 +101,7 @@ def stress(photos, detector, seed=0):
             len(errors),
             faces,
             float(np.mean(errors)) if errors else float("nan"),
-            max(errors, default=float("nan")),
+            float(max(errors, default=np.nan)),
         )
 
 

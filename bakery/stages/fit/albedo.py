@@ -98,10 +98,3 @@ def vertex_albedo(head, basis):
         modes = np.stack([bilinear(mode, points) for mode in basis.modes])
         kept = head.__dict__["_vertex_albedo"] = (basis, mean, modes)
     return kept[1:]
-
-
-def skin_albedo(head, fit, basis=None):
-    """Low-frequency albedo [V, 3] linear that a fit found, at every vertex of its head."""
-    mean, modes = vertex_albedo(head, basis or load_albedo())
-    used = modes[: len(fit.albedo)]
-    return np.clip(mean + np.tensordot(fit.albedo, used, 1), 0.01, 1).astype(np.float32)
