@@ -44,7 +44,7 @@ def test_any_change_is_another_head(head, name):
     ],
 )
 def test_types_shapes_and_names_count(head, other):
-    assert other(head.digest) != head.digest
+    assert other(head).digest != head.digest
 
 
 def test_the_same_head_has_the_same_digest(head):
