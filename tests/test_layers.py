@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "bakery"
 LAYERS = [
-    {"errors", "parallel", "paths"}, {"check", "settings"}, {"types", "landmarks"}, {"geometry"},
+    {"errors", "parallel", "paths"}, {"check", "settings"}, {"types", "landmarks"}, {"plugins"}, {"geometry"},
     {"formats", "preset"}, {"heads", "detectors", "generators"}, {"stages"}, {"hair"}, {"synth"},
     {"runtime"}, {"export"}, {"bake"}, {"testing", "show"}, {"motion"}, {"train"}, {"evaluate"}, {"cli"},
     {"__main__"},

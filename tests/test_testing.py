@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from bakery import testing
-from bakery.bake.plugins import plug_in
 from bakery.errors import InputError
+from bakery.plugins import plug_in
 
 
 def test_the_detector():

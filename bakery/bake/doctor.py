@@ -86,13 +86,13 @@ def _head():
 
 
 def _detector():
-    from bakery.bake.plugins import plug_in
+    from bakery.plugins import plug_in
 
     return plug_in("detectors", "network").name
 
 
 def _generator():
-    from bakery.bake.plugins import plug_in
+    from bakery.plugins import plug_in
 
     return plug_in("generators", "pagan").name
 

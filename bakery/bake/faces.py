@@ -3,10 +3,10 @@
 from dataclasses import replace
 from pathlib import Path
 
-from bakery.bake.plugins import maker_of, plug_in
 from bakery.detectors.file import FileDetector
 from bakery.errors import InputError
 from bakery.formats import image
+from bakery.plugins import maker_of, plug_in
 from bakery.stages.detect import SMALLEST_FACE, detect_faces, face_size
 from bakery.types import Landmarks, Photo
 

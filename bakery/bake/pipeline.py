@@ -17,7 +17,6 @@ from bakery.bake.fitting import check_head, examine, fit_portrait, made_from, se
 from bakery.bake.kept import Kept
 from bakery.bake.mask import draw_masks
 from bakery.bake.options import BuildOptions
-from bakery.bake.plugins import maker_of, plug_in
 from bakery.bake.textures import paint
 from bakery.errors import InputError
 from bakery.export.manifest import Baked
@@ -28,6 +27,7 @@ from bakery.formats.work import Work, key_of, work_folder
 from bakery.heads.base import HeadModel
 from bakery.heads.file import load_head
 from bakery.paths import PACKAGE
+from bakery.plugins import maker_of, plug_in
 from bakery.stages.assess import Finding
 from bakery.stages.detect import face_size
 from bakery.stages.segment import Segmentation

@@ -9,7 +9,6 @@ import numpy as np
 from bakery.bake.fitting import made_from, own_head
 from bakery.bake.kept import Arrays, Kept
 from bakery.bake.options import BuildOptions
-from bakery.bake.plugins import maker_of
 from bakery.formats import targets
 from bakery.generators.base import Generator, Subject
 from bakery.generators.eyes import EyeMaps
@@ -18,6 +17,7 @@ from bakery.geometry import rotation
 from bakery.hair.base import Hair
 from bakery.heads.base import HeadModel
 from bakery.parallel import ahead
+from bakery.plugins import maker_of
 from bakery.stages.condition import condition, face_camera
 from bakery.stages.generate import generate
 from bakery.stages.segment import Segmentation

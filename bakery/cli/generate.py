@@ -57,11 +57,11 @@ def generate(
     bakery generate portrait.jpg --yaw 30 --gaze 10,-5 -o turned.png
     bakery generate portrait.jpg --curves take.csv -o talking.mp4
     """
-    from bakery.bake.plugins import plug_in
     from bakery.formats.image import write_image
     from bakery.formats.livelink import read_take
     from bakery.formats.video import kind_of
     from bakery.motion.animate import parse_frames
+    from bakery.plugins import plug_in
     from bakery.show import synthesis as portrayal
 
     if curves is not None:

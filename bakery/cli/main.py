@@ -11,7 +11,7 @@ import click
 
 from bakery import __version__
 from bakery.cli.group import Group, Interrupted
-from bakery.errors import BakeryError, UsageProblem
+from bakery.errors import BakeryError, ModelError, UsageProblem
 
 COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of the bake
     "build": ("build", "Bake a portrait into an avatar bundle."),
@@ -39,6 +39,8 @@ COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of th
     "evaluate": ("evaluate", "Measure the project on photographs."),
 }
 
+FORMER = {"textures": "texture", "masks": "mask", "pack": "bundle"}  # names until 0.1
+
 DISK = (  # what a disk, or a person's choice of a path, may answer anywhere
     errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.ENAMETOOLONG,
     errno.ENOTDIR, errno.EISDIR, errno.EIO, errno.ELOOP,
@@ -49,11 +51,12 @@ class LazyGroup(Group):
     """A group whose commands are imported when they are called."""
 
     def list_commands(self, context):
-        return list(COMMANDS)
+        return [*COMMANDS, *_others()]
 
     def get_command(self, context, name):
+        name = FORMER.get(name, name)
         if name not in COMMANDS:
-            return None
+            return _plugged_in(name)
         module = importlib.import_module(f"bakery.cli.{COMMANDS[name][0]}")
         return getattr(module, name)
 
@@ -69,6 +72,31 @@ class LazyGroup(Group):
     def format_commands(self, context, formatter):
         with formatter.section("Commands"):
             formatter.write_dl([(name, about) for name, (_, about) in COMMANDS.items()])
+        if others := _others():
+            with formatter.section("Commands of other packages"):
+                formatter.write_dl(
+                    [(name, f"See {entry.dist.name}.") for name, entry in others.items()]
+                )
+
+
+def _others():
+    """Commands that other packages bring: name -> entry point of the group `bakery.commands`."""
+    from importlib.metadata import entry_points
+
+    found = {entry.name: entry for entry in entry_points(group="bakery.commands")}
+    return {name: found[name] for name in sorted(found) if name not in COMMANDS}
+
+
+def _plugged_in(name):
+    """The command of another package, or None."""
+    if name not in _others():
+        return None
+    from bakery.plugins import loaded
+
+    command = loaded("commands", name)
+    if not isinstance(command, click.Command):
+        raise ModelError(f"command '{name}' is no click.Command; mend or uninstall its package")
+    return command
 
 
 @click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})

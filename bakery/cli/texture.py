@@ -20,10 +20,10 @@ def texture(photo, fitted, output, overwrite, preset, settings, resolution, **re
     """
     options.may_write(output, overwrite)
     from bakery.bake import pipeline
-    from bakery.bake.plugins import plug_in
     from bakery.bake.textures import paint
     from bakery.formats import record
     from bakery.heads.file import load_head
+    from bakery.plugins import plug_in
 
     chosen = options.build_options(preset, settings, resolution)
     generator, head = plug_in("generators", request["generator"]), load_head(request["head"])

@@ -21,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bakery import plugins
 from bakery.errors import InputError, ModelError, no_such
 from bakery.formats import npz
 from bakery.formats.files import read_bytes, replacing
@@ -78,19 +79,25 @@ def find_head(name_or_path):
     path = Path(name_or_path)
     if path.is_file():
         return path
-    raise no_such("no head model", name_or_path, sorted(known), "or give the path of a .npz")
+    names = sorted({*known, *plugins.known("heads")})
+    raise no_such("no head model", name_or_path, names, "or give the path of a .npz")
 
 
 def load_head(name_or_path=DEFAULT):
     """Read a head model and check it.
 
     Args:
-        name_or_path: a built-in name, the name of an imported one, or a path.
+        name_or_path: a built-in name, the name of an imported one or of a plug-in, or a path.
 
     Raises:
         UsageProblem: no such head model.
         ModelError: the file is damaged or not a head model.
     """
+    if str(name_or_path) in plugins.known("heads") and str(name_or_path) not in list_heads():
+        made = plugins.plug_in("heads", str(name_or_path))
+        if isinstance(made, HeadModel):
+            return made
+        name_or_path = made
     path = find_head(name_or_path)
     try:
         arrays = npz.unpack_arrays(read_bytes(path))

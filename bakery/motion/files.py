@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 from bakery import __version__
-from bakery.bake.plugins import plug_in
 from bakery.errors import FitError, InputError
 from bakery.export import bundle as files
 from bakery.export.open import open_avatar
@@ -16,6 +15,7 @@ from bakery.heads.file import load_head
 from bakery.motion.animate import write_frames, write_video
 from bakery.motion.retarget import parse_gain, retarget
 from bakery.motion.track import follow, track
+from bakery.plugins import plug_in
 
 MOSTLY = 0.9  # share of the frames that a clip promises, roughly, which are not missed
 

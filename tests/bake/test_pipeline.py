@@ -93,7 +93,7 @@ def test_estimates_grow_with_what_is_asked():
 
 
 def test_a_maker_says_which_plug_in_made_something():
-    from bakery.bake.plugins import maker_of, plug_in
+    from bakery.plugins import maker_of, plug_in
 
     network = maker_of("generators", plug_in("generators", "pagan"))
     assert network.name == "pagan" and len(network.sha256) == 64 and network.version

@@ -18,9 +18,9 @@ from bakery import __version__
 from bakery.bake.faces import one_face
 from bakery.bake.fitting import segment_portrait
 from bakery.bake.options import BuildOptions
-from bakery.bake.plugins import plug_in
 from bakery.formats.image import read_photo
 from bakery.heads.file import load_head
+from bakery.plugins import plug_in
 from bakery.stages.detect import detect_faces
 from bakery.stages.fit import FitOptions, fit
 

@@ -9,7 +9,7 @@ import pytest
 from bakery.steps import open_avatar
 from numpy.testing import assert_allclose
 
-from bakery import frames
+from bakery.show import frame as frames
 from bakery.errors import InputError
 from bakery.formats import exr
 from bakery.formats.targets import expression_weights

@@ -13,13 +13,13 @@ import pytest
 from bakery.bake.faces import one_face
 from bakery.bake.fitting import fit_portrait, own_head
 from bakery.bake.mask import draw_masks
-from bakery.bake.plugins import plug_in
 from bakery.bake.textures import paint
 from bakery.cli.options import build_options
 from bakery.geometry.color import to_encoded
 from bakery.hair.layer import HairLayer
 from bakery.heads.base import weights
 from bakery.heads.file import load_head
+from bakery.plugins import plug_in
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.contact_sheet import BLINK, SMILE, TALK
 from bakery.runtime.render import draw, over_gray

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bakery.bake.fitting import fit_portrait as place_head
-from bakery.bake.plugins import plug_in
 from bakery.formats.image import read_photo
+from bakery.plugins import plug_in
 from bakery.stages.assess import assess
 from bakery.stages.detect import detect_faces
 from bakery.stages.segment import GLASSES, HIDDEN

@@ -31,9 +31,9 @@ def _line(record):
 @click.option("--stress", is_flag=True, help="Small, tilted, cut and double faces instead.")
 def detect(portraits, detector, sets, stress):
     """Distance of detected from reference points, over the outer-eye-corner distance."""
-    from bakery.bake.plugins import plug_in
     from bakery.evaluate import detection
     from bakery.evaluate.detection import stress as detection_stress
+    from bakery.plugins import plug_in
 
     finder, sets = plug_in("detectors", detector), sets or detection.SETS
     if stress:
@@ -124,10 +124,10 @@ def scan(folder, heads, pictures, overwrite):
 def avatar(portraits, head, generator, preset, settings, mouths, pictures, only, overwrite):
     """Neutral avatars in their own photos, and smiling as the person smiles."""
     options.may_fill(pictures, overwrite)
-    from bakery.bake.plugins import plug_in
     from bakery.evaluate import report
     from bakery.evaluate.avatar import pairs as avatar_pairs
     from bakery.heads.file import load_head
+    from bakery.plugins import plug_in
 
     chosen = options.build_options(preset, settings)
     painter = plug_in("generators", generator)

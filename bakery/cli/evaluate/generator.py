@@ -43,10 +43,10 @@ def _networks(weights):
 def generator(portraits, head, weights, pictures, only, take, overwrite):
     """Smiles painted from neutral photos: network, rendered, and simple baselines."""
     options.may_fill(pictures, overwrite)
-    from bakery.bake.plugins import plug_in
     from bakery.evaluate import generator as measures
     from bakery.generators.identity import load_features
     from bakery.heads.file import load_head
+    from bakery.plugins import plug_in
 
     networks, model = _networks(weights), load_head(head)
     painters = networks | {"rendered": plug_in("generators", "rendered")}
@@ -98,8 +98,8 @@ def times(photo, head, generator):
     """Seconds of each step of a bake of PHOTO, and of a trained generator's network beside a plain
     U-Net.
     """
-    from bakery.bake.plugins import plug_in
     from bakery.evaluate.generator import speed as generator_speed
+    from bakery.plugins import plug_in
 
     seconds, textures, pictures = generator_speed.stages(photo, head, generator)
     _line({"steps": seconds})

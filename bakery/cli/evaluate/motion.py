@@ -18,9 +18,9 @@ from bakery.cli.animate import timecode_base
 )
 def track(head, people, frames, seed):
     """Track painted people who play known curves; about a second a frame goes into painting."""
-    from bakery.bake.plugins import plug_in
     from bakery.evaluate import tracking
     from bakery.heads.file import load_head
+    from bakery.plugins import plug_in
 
     model, detector = load_head(head), plug_in("detectors", "network")
     results = []

@@ -4,10 +4,10 @@ import cv2
 import numpy as np
 
 from bakery.bake.options import BuildOptions
-from bakery.bake.plugins import plug_in
 from bakery.formats.targets import presets_folder, read_keys
 from bakery.geometry import camera as cameras
 from bakery.landmarks import EYES, LIPS_OUTER
+from bakery.plugins import plug_in
 from bakery.show import synthesis as portrayal
 from bakery.stages.condition import face_camera
 

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from bakery.bake import pipeline
-from bakery.bake.plugins import plug_in
 from bakery.generators.pagan import PaganGenerator
 from bakery.generators.plain import seconds_of_plain_unet
 from bakery.generators.unet import INPUTS
 from bakery.parallel import side_by_side
+from bakery.plugins import plug_in
 
 FRAME = (512, 512)  # height, width
 
