@@ -6,7 +6,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from bakery.steps import open_avatar
+from bakery.export.open import open_avatar
 from numpy.testing import assert_allclose
 
 from bakery.show import frame as frames
