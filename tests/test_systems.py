@@ -59,13 +59,13 @@ with tempfile.TemporaryDirectory() as folder:
     sys.platform = here
     place.FileLock = filelock.SoftFileLock  # a lock that every system has
     place._exchange = lambda one, other: False
-    for text in (b"old", b"new"):
+    for text in (b'{"files": []}', b'{"files": [], "is": "new"}'):
         with work.work_folder(target) as steps, place.staged(target, True) as new:
             steps.put("x", "key", text)
             files.write_bytes(new / "avatar.json", steps.get("x", "key"))
             with work.work_folder(target) as others:
                 assert others.folder != steps.folder
-    assert files.read_bytes(target / "avatar.json") == b"new"
+    assert files.read_bytes(target / "avatar.json") == text
     assert os.listdir(folder) == ["a.avatar"]
 print("good")
 """

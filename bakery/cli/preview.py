@@ -1,5 +1,6 @@
 """`bakery preview`: an avatar on a page of its own."""
 
+import contextlib
 from pathlib import Path
 
 import click
@@ -46,7 +47,8 @@ def preview(bundle, output, module, serve, port, overwrite):
         return
     with make_server(bundle, port, _derived) as server:
         options.say(f"http://{server.server_address[0]}:{server.server_address[1]}/ (Ctrl-C ends)")
-        server.serve_forever()
+        with contextlib.suppress(KeyboardInterrupt):  # how it is meant to end
+            server.serve_forever()
 
 
 def _derived(bundle):

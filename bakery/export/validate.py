@@ -4,7 +4,6 @@ import json
 import os
 import stat
 import struct
-from fnmatch import fnmatchcase
 from pathlib import Path
 
 from bakery.errors import BakeryError
@@ -12,11 +11,10 @@ from bakery.export import bundle, hostile
 from bakery.export.web import files as web
 from bakery.formats import exr, record
 from bakery.formats.image_header import read_header
-from bakery.formats.place import MANIFEST
+from bakery.formats.place import MANIFEST, is_litter
 from bakery.types import EXPRESSIONS
 
 MOST = 50  # findings that are listed
-LEFT_BEHIND = (".DS_Store", "._*", "Thumbs.db", "desktop.ini")  # by file managers that looked in
 NEEDED = (
     "head.glb",
     "face.exr",
@@ -90,7 +88,7 @@ def _file_problems(folder, manifest):
             relative = path.relative_to(folder).as_posix()
             if path.is_symlink():
                 found.append(f"{relative!r}: a link; bundles hold plain files only")
-            elif name in folders or any(fnmatchcase(name, left) for left in LEFT_BEHIND):
+            elif name in folders or is_litter(name):
                 continue
             elif relative not in listed and relative != MANIFEST:
                 found.append(f"{relative!r}: not in the list of files")

@@ -19,6 +19,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 from filelock import BaseFileLock, FileLock, Timeout
@@ -28,7 +29,7 @@ from bakery.formats.files import DiskError, disk_error, sync_folder, sync_path
 
 log = logging.getLogger(__name__)
 MANIFEST = "avatar.json"
-LITTER = (".DS_Store", "Thumbs.db", "desktop.ini")  # that systems leave in any folder
+LITTER = (".DS_Store", "._*", "Thumbs.db", "desktop.ini")  # that file managers leave in any folder
 EXCHANGE = 2  # RENAME_EXCHANGE of renameat2(2)
 LOCK, OLD = "lock", "old"  # in hidden folders
 WORK = "work"  # how the hidden folder of a bake's finished steps ends
@@ -77,14 +78,20 @@ def _refuse_foreign(bundle):
     try:
         manifest = json.loads((bundle / MANIFEST).read_bytes())
         own = {MANIFEST, *(entry["path"] for entry in manifest["files"])}
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         raise InputError(
             f"{bundle / MANIFEST}: does not say which files are the bundle's; move the folder away"
         ) from None
     for path in sorted(bundle.rglob("*")):
         name = path.relative_to(bundle).as_posix()
-        if name not in own and path.name not in LITTER and (path.is_symlink() or not path.is_dir()):
+        folder = path.is_dir() and not path.is_symlink()
+        if not (folder or name in own or is_litter(path.name)):
             raise InputError(f"{path}: is none of the bundle's files; move it away")
+
+
+def is_litter(name: str) -> bool:
+    """Whether a file was left by a file manager that looked into its folder."""
+    return any(fnmatchcase(name, litter) for litter in LITTER)
 
 
 @contextlib.contextmanager

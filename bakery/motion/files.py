@@ -38,7 +38,7 @@ def tracked(clip, head="makehuman", gain=(), neutral=None, progress=None):
     Raises:
         InputError: no video, or no face in it; FitError: the face is too small.
     """
-    video, factors = Clip(clip), parse_gain(gain)
+    video, factors, model = Clip(clip), parse_gain(gain), load_head(head)
     show = progress or (lambda step, done, total: None)
     try:
         followed = follow(
@@ -46,9 +46,9 @@ def tracked(clip, head="makehuman", gain=(), neutral=None, progress=None):
             progress=lambda done: show("follow", done, max(video.count, done)),
         )  # fmt: skip
         count = len(followed.seconds)
-        take = track(followed, load_head(head), progress=lambda done: show("fit", done, count))
+        take = track(followed, model, progress=lambda done: show("fit", done, count))
     except (InputError, FitError) as error:
-        raise type(error)(f"{clip}: {error}") from None
+        raise type(error)(f"{clip}: {str(error).removeprefix(f'{clip}: ')}") from None
     if count < MOSTLY * video.count:
         note = f"{count} of about {video.count} frames can be read; the clip may be damaged"
         take = replace(take, notes=(note, *take.notes))

@@ -6,6 +6,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -108,6 +109,47 @@ def test_kill_leaves_the_old_one_and_the_next_run_cleans_up(tmp_path):
     assert os.listdir(tmp_path) == ["a.avatar"]
 
 
+def test_what_is_cleared_or_brought_back_is_said(tmp_path, caplog):
+    caplog.set_level("INFO")
+    target = tmp_path / "a.avatar"
+    make(target, "old")
+    assert caplog.messages == []
+    process = start(target, "killed", 60)
+    process.kill()
+    process.wait()
+    (left,) = tmp_path.glob(".bakery-*")
+    make(target, "new", overwrite=True)
+    assert caplog.messages == [f"{target}: cleared away {left.name}, which a killed run left"]
+    caplog.clear()
+    left.mkdir()
+    target.rename(left / place.OLD)
+    place.check_place(tmp_path / "b.avatar", False)  # another bundle's is not touched
+    assert left.exists() and caplog.messages == []
+    place.clean(target)
+    assert f"{target}: the old bundle is back in its place" in caplog.messages
+    assert told(target) == "new"
+    with pytest.raises(ZeroDivisionError), work_folder(target) as work:
+        work.put("x", "key", b"data")
+        raise ZeroDivisionError
+    caplog.clear()
+    with work_folder(target) as work:
+        assert any("goes on from the steps" in line for line in caplog.messages)
+
+
+def test_a_place_that_cannot_be_written_is_refused_before_the_bake(tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    for target in (tmp_path / "file" / "a.avatar", tmp_path / "file" / "deep" / "a.avatar"):
+        with pytest.raises(InputError, match="cannot be written .*; "):
+            place.check_place(target, True)
+    place.check_place(tmp_path / "new" / "deep" / "a.avatar", False)
+    assert os.listdir(tmp_path) == ["file"]
+    asked = []
+    monkeypatch.setattr(os, "access", lambda path, mode: asked.append(path))
+    with pytest.raises(InputError, match=f"{tmp_path} is no folder that you may write to"):
+        place.check_place(tmp_path / "new" / "deep" / "a.avatar", False)
+    assert asked == [tmp_path]
+
+
 def test_two_at_once_give_one_whole_bundle(tmp_path):
     target = tmp_path / "a.avatar"
     both = [start(target, text, 0.3) for text in ("one", "two")]
@@ -158,6 +200,26 @@ def test_work_entries_are_known_by_key_and_hash(tmp_path):
         with work_folder(tmp_path / "a.avatar") as other:  # at once: not shared
             assert other.folder != work.folder
     assert os.listdir(tmp_path) == []
+
+
+def test_many_at_once_leave_nothing_behind(tmp_path):
+    """Locks that are taken while others clear away: nobody loses a folder that is in use."""
+    target = tmp_path / "a.avatar"
+
+    def bake(number):
+        with work_folder(target) as work:
+            for step in range(5):
+                work.put(f"{number}-{step}", "key", b"data")
+                assert work.get(f"{number}-{step}", "key") == b"data"
+            with place.staged(target, True) as folder:
+                (folder / "avatar.json").write_text(manifest(str(number), "big"))
+                (folder / "big").write_text(str(number))
+        return number
+
+    with ThreadPoolExecutor(8) as pool:
+        assert list(pool.map(bake, range(60))) == list(range(60))
+    assert told(target) == (target / "big").read_text()
+    assert os.listdir(tmp_path) == [target.name]
 
 
 def test_work_stays_after_a_failure_or_where_asked(tmp_path):

@@ -2,6 +2,7 @@
 
 import contextlib
 import errno
+import json
 import os
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from bakery.errors import InputError
 from bakery.formats import place
 
 CALLS = ("rename", "rmdir", "unlink", "fsync", "open", "scandir")  # of `os`; where faults come
+FILES = ("big", "web/page")
 
 
 @pytest.fixture(autouse=True)
@@ -47,8 +49,10 @@ class Fault:
 
 def fill(folder, text):
     (folder / "web").mkdir()
-    for name in ("avatar.json", "big", "web/page"):
+    for name in FILES:
         (folder / name).write_text(text)
+    table = {"files": [{"path": name} for name in FILES], "is": text}
+    (folder / "avatar.json").write_text(json.dumps(table))
 
 
 def write(target, text):
@@ -63,10 +67,10 @@ def no_exchange(patch):
 def whole(target):
     """The text of a bundle in which nothing is missing."""
     held = {path.relative_to(target).as_posix() for path in target.rglob("*")}
-    assert held == {"avatar.json", "big", "web", "web/page"}
-    texts = {(target / name).read_text() for name in held - {"web"}}
-    assert len(texts) == 1
-    return texts.pop()
+    assert held == {"avatar.json", "web", *FILES}
+    text = json.loads((target / "avatar.json").read_text())["is"]
+    assert {(target / name).read_text() for name in FILES} == {text}
+    return text
 
 
 def check_after(target):

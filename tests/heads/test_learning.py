@@ -29,7 +29,7 @@ def test_points_that_do_not_fit(tmp_path):
     np.savez(tmp_path / "q.npz", names=np.array(["a/b.jpg"]), points=np.zeros((1, 478, 2)))
     with pytest.raises(InputError, match="holds none"):
         read_points(tmp_path / "q.npz", tmp_path)
-    (tmp_path / "r.npz").write_bytes(b"")
+    (tmp_path / "r.npz").write_bytes(b"PK no archive")
     with pytest.raises(InputError, match="needs arrays"):
         read_points(tmp_path / "r.npz", tmp_path)
 

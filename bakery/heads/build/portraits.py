@@ -1,11 +1,12 @@
 """Known landmarks of many photos, to learn a head model's correspondence and shapes from."""
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
 
 from bakery.errors import InputError
+from bakery.formats import npz
+from bakery.formats.files import read_bytes
 from bakery.formats.image_header import read_header
 from bakery.types import LANDMARKS
 
@@ -26,9 +27,9 @@ def read_points(points, portraits):
         InputError: not such a file, or none of its photos is in the folder.
     """
     try:
-        with np.load(points, allow_pickle=False) as file:
-            names, known = [str(name) for name in file["names"]], file["points"]
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        table = npz.unpack_arrays(read_bytes(points))
+        names, known = [str(name) for name in table["names"]], table["points"]
+    except (ValueError, KeyError, TypeError) as error:
         raise InputError(f"{points}: needs arrays `names` and `points` ({error})") from error
     if known.ndim != 3 or known.shape[:2] != (len(names), LANDMARKS) or known.shape[2] < 2:
         raise InputError(
