@@ -148,7 +148,7 @@ def test_a_bundle_is_on_the_disk_before_it_has_its_place(tmp_path, calls, monkey
         calls.clear()
         with place.staged(tmp_path / "a.avatar", True) as folder:
             (folder / "web").mkdir()
-            (folder / "avatar.json").write_text("x")
+            (folder / "avatar.json").write_text('{"files": [{"path": "web/page"}]}')
             (folder / "web" / "page").write_text("x")
         order = [call for call in calls if call[0] != "fsync"]
         swap = next(n for n, call in enumerate(order) if call[0] == "rename")

@@ -2,6 +2,7 @@
 
 import contextlib
 import errno
+import json
 import os
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import pytest
 from bakery.errors import InputError
 from bakery.formats import place
 
+FILES = ("big", "web/page")  # of a bundle, besides its manifest
 CALLS = ("rename", "rmdir", "unlink", "fsync", "open", "scandir")  # of `os`; where faults come
 
 
@@ -47,8 +49,10 @@ class Fault:
 
 def fill(folder, text):
     (folder / "web").mkdir()
-    for name in ("avatar.json", "big", "web/page"):
+    for name in FILES:
         (folder / name).write_text(text)
+    about = {"files": [{"path": name} for name in FILES], "is": text}
+    (folder / "avatar.json").write_text(json.dumps(about))
 
 
 def write(target, text):
@@ -63,8 +67,9 @@ def no_exchange(patch):
 def whole(target):
     """The text of a bundle in which nothing is missing."""
     held = {path.relative_to(target).as_posix() for path in target.rglob("*")}
-    assert held == {"avatar.json", "big", "web", "web/page"}
-    texts = {(target / name).read_text() for name in held - {"web"}}
+    assert held == {"avatar.json", "web", *FILES}
+    texts = {(target / name).read_text() for name in FILES}
+    texts.add(json.loads((target / "avatar.json").read_text())["is"])
     assert len(texts) == 1
     return texts.pop()
 
