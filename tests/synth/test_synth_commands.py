@@ -56,4 +56,4 @@ def test_failures_are_painted(tmp_path, monkeypatch):
     assert done.exit_code == 0 and done.stdout.split() == [str(tmp_path / "hand.jpg")]
     assert read_photo(tmp_path / "hand.jpg").encoded.shape == (120, 96, 3)
     with pytest.raises(InputError, match="no such case; known: smile"):
-        run("failures", "beard", "-o", tmp_path)
+        run("failures", "beard", "-o", tmp_path, "--overwrite")
