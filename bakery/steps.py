@@ -253,7 +253,8 @@ def examine(path, photo, landmarks, fit, segmentation, options, strict):
     Returns:
         list of assess.Finding.
     """
-    findings = assess.assess(photo, landmarks, fit, segmentation, options.limits)
+    seen = detect_faces(photo.encoded)  # 30 ms, and given landmarks may be of another photo
+    findings = assess.assess(photo, landmarks, fit, segmentation, options.limits, seen)
     lines = [
         f"{found.message} ({found.code} {found.value:g}, limit {found.limit:g})"
         for found in findings
