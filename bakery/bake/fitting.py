@@ -13,6 +13,7 @@ from bakery.formats.work import key_of
 from bakery.heads.base import HeadModel
 from bakery.heads.lashes import with_lashes
 from bakery.stages import assess
+from bakery.stages.detect import detect_faces
 from bakery.stages.fit import fit, prepare
 from bakery.stages.fit.lids import close_lids
 from bakery.stages.fit.warp import residual_offsets
@@ -95,13 +96,18 @@ def examine(
     segmentation: Segmentation,
     options: BuildOptions,
     strict: bool,
+    given: bool = False,
 ) -> list[assess.Finding]:
     """Measure what may spoil the avatar, and say so; with `strict`, refuse it.
+
+    Args:
+        given: whether the landmarks came from a file; they are compared with detected ones.
 
     Raises:
         InputError: with `strict`, what was found.
     """
-    findings = assess.assess(photo, landmarks, fit, segmentation, options.limits)
+    seen = detect_faces(photo.encoded) if given else ()
+    findings = assess.assess(photo, landmarks, fit, segmentation, options.limits, seen)
     lines = [
         f"{found.message} ({found.code} {found.value:g}, limit {found.limit:g})"
         for found in findings

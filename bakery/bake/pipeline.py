@@ -153,7 +153,14 @@ def find_portrait(request: Request, head: HeadModel, work: Work | None, show: Pr
         lambda data: record.fit_from_table("fit.json", record.parse("fit.json", data)),
     )
     findings = examine(
-        request.photo, photo, landmarks, fitted, segmentation, options, request.strict
+        request.photo,
+        photo,
+        landmarks,
+        fitted,
+        segmentation,
+        options,
+        request.strict,
+        given is not None,
     )
     return Portrait(photo, landmarks, segmentation, fitted, findings, key)
 
@@ -177,7 +184,14 @@ def read_portrait(request: Request, fitted: Path, head: HeadModel) -> Portrait:
         )
     segmentation = segment_portrait(photo, landmarks, request.options)
     findings = examine(
-        request.photo, photo, landmarks, fit, segmentation, request.options, request.strict
+        request.photo,
+        photo,
+        landmarks,
+        fit,
+        segmentation,
+        request.options,
+        request.strict,
+        given is not None,
     )
     return Portrait(photo, landmarks, segmentation, fit, findings, "")
 

@@ -6,15 +6,15 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from bakery.export.open import open_avatar
 from numpy.testing import assert_allclose
 
-from bakery.show import frame as frames
 from bakery.errors import InputError
+from bakery.export.open import open_avatar
 from bakery.formats import exr
 from bakery.formats.targets import expression_weights
 from bakery.geometry.color import to_encoded, to_linear
 from bakery.runtime.render import Frame
+from bakery.show import frame as frames
 from bakery.types import EXPRESSION_INDEX
 
 

@@ -14,6 +14,7 @@ import pytest
 from bakery.errors import InputError
 from bakery.formats import place
 
+FILES = ("big", "web/page")  # of a bundle, besides its manifest
 CALLS = ("rename", "rmdir", "unlink", "fsync", "open", "scandir")  # of `os`; where faults come
 
 
