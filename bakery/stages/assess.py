@@ -70,7 +70,7 @@ class Limits(Settings):
     # See `sharpness`; sharp: from 0.11, blurred by 0.4 (0.8)% of the face up to 0.07 (0.01).
     blur: float = setting(0.03, "at least: sharpness", 0, 1)
     # See `_flatness`; 82 photos: up to 0.02, made grey up to 0.16; drawn in 12 colours: from 0.44.
-    flat: float = setting(0.3, "share of the face without any gradient", 0, 1)
+    flat: float = setting(0.3, "share of the face that its three commonest colours hold", 0, 1)
     # Whole faces: 0.
     cut: float = setting(0.01, "share of the landmarks outside of the photo", 0, 1)
     # See `_strayed`; a photo's own, given by others: up to 0.034; another person's, whose eyes lie

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bakery.frames import recover
+from bakery.show.frame import recover
 
 from bakery.errors import InputError
 from bakery.runtime.blend import nearest_gaze
