@@ -17,6 +17,7 @@ from bakery.bake.fitting import check_head, examine, fit_portrait, made_from, se
 from bakery.bake.kept import Kept
 from bakery.bake.mask import draw_masks
 from bakery.bake.options import BuildOptions
+from bakery.bake.targets import read_targets
 from bakery.bake.textures import paint
 from bakery.errors import InputError
 from bakery.export.manifest import Baked
@@ -46,6 +47,7 @@ class Request:
     head: str = "makehuman"
     generator: str = "pagan"
     hair: str = "layer"
+    expressions: Path | None = None  # a file of targets in place of those that ship
     detector: str = "network"
     landmarks: Path | None = None
     face: int | None = None
@@ -86,7 +88,8 @@ def build(request: Request, progress: Progress | None = None) -> list[Finding]:
     with work_folder(request.output, request.work) as work:
         seen = find_portrait(request, head, work, show)
         made_by = _maker("generators", request.generator), _maker("hair", request.hair)
-        kept = Kept(work, key_of(seen.key, made_by, asdict(options.texture)))
+        wanted = read_targets(request.expressions)
+        kept = Kept(work, key_of(seen.key, made_by, wanted.digest, asdict(options.texture)))
         textures = paint(
             seen.photo,
             seen.landmarks,
@@ -98,6 +101,7 @@ def build(request: Request, progress: Progress | None = None) -> list[Finding]:
             options,
             kept,
             show,
+            wanted,
         )
         show("mask", 2, 4)
         masks = draw_masks(head, options)
@@ -251,6 +255,7 @@ def recipe(request: Request) -> str:
         load_head(request.head).digest,
         _maker("generators", request.generator),
         _maker("hair", request.hair),
+        read_targets(request.expressions).digest,
         asdict(request.options),
         request.keep_photo,
     )
@@ -281,6 +286,7 @@ def describe(request: Request) -> str:
     """
     check_place(request.output, request.overwrite)
     plug_in("generators", request.generator), plug_in("hair", request.hair)
+    read_targets(request.expressions)
     head = load_head(request.head)
     seen = find_portrait(request, head, None, lambda step, done, total: None)
     height, width = seen.photo.encoded.shape[:2]
