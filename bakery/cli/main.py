@@ -137,7 +137,7 @@ def main(arguments=None):
         from bakery.formats.files import disk_error
 
         where = error.filename or "the standard output or a temporary file"
-        code = _one_line(str(disk_error(where, error)))
+        code = _one_line(str(disk_error(where, error, "cannot be used")))
     sys.exit(code if isinstance(code, int) else 0)
 
 

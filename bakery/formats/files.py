@@ -146,8 +146,8 @@ def _sync(handle):
             raise
 
 
-def disk_error(path, error):
-    """The OSError of a write as a DiskError that says what to do."""
+def disk_error(path, error, trouble="cannot be written"):
+    """The OSError of a write, or of another use, as a DiskError that says what to do."""
     advice = {
         errno.ENOSPC: "free some space, or write to another disk",
         errno.EDQUOT: "free some space, or write to another disk",
@@ -156,4 +156,4 @@ def disk_error(path, error):
         errno.ENAMETOOLONG: "give a shorter name",
     }.get(error.errno, "check the path")
     reason = error.strerror or type(error).__name__
-    return DiskError(f"{path}: cannot be written ({reason}); {advice}")
+    return DiskError(f"{path}: {trouble} ({reason}); {advice}")
