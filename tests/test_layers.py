@@ -10,8 +10,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "bakery"
 LAYERS = [
-    {"errors", "parallel", "paths"}, {"check", "settings"}, {"types", "landmarks"}, {"plugins"}, {"geometry"},
-    {"formats", "preset"}, {"heads", "detectors", "generators"}, {"stages"}, {"hair"}, {"synth"},
+    {"errors", "parallel", "paths"}, {"check", "settings"}, {"types", "landmarks"}, {"plugins"}, {"geometry"}, {"preset"},
+    {"formats"}, {"heads", "detectors", "generators"}, {"stages"}, {"hair"}, {"synth"},
     {"runtime"}, {"export"}, {"bake"}, {"testing", "show"}, {"motion"}, {"train"}, {"evaluate"}, {"cli"},
     {"__main__"},
 ]  # fmt: skip
