@@ -7,6 +7,7 @@ import numpy as np
 from bakery import __version__
 from bakery.formats import bundle as files
 from bakery.formats import record
+from bakery.formats.schema import VERSION
 from bakery.heads.base import CARDS, HeadModel
 from bakery.stages.lod import COARSE, SHARES, head_surfaces, simplify
 from bakery.types import EXPRESSIONS, Fit, Photo, Textures
@@ -71,26 +72,23 @@ class Baked:
     detector: str  # what found the landmarks
 
 
-def manifest(baked, levels, web):
-    """Everything that avatar.json says, but for the list of files.
+def manifest(baked, levels, web, listed):
+    """Everything that avatar.json says, but for its digest of itself.
 
     Args:
         baked: Baked.
         levels: from `levels_of_detail`.
         web: table of runtime.web.web_files.
+        listed: the bundle's files, from formats.bundle.list_files.
     """
-    head, photo, fit = baked.head, baked.photo, baked.fit
-    textures, masks = baked.textures, baked.masks
-    height, width = photo.encoded.shape[:2]
-    fitted = record.fit_to_table(fit)
-    del fitted["seconds"]  # a time would differ from bake to bake
-    fitted["diagnostics"] = {k: v for k, v in fitted["diagnostics"].items() if "seconds" not in k}
+    head = baked.head
+    photo = [entry["path"] for entry in listed if entry["role"] == "photo"]
     return {
         "$schema": "urn:bakery:schema:avatar-1",
-        "asset": {"version": "1.0", "generator": f"bakery {__version__}"},
+        "asset": {"version": VERSION, "generator": f"bakery {__version__}"},
         "conventions": files.CONVENTIONS,
         "expressions": list(EXPRESSIONS),
-        **files.describe_textures(textures, masks),
+        **_textures_table(baked.textures, baked.masks),
         "uv": {name: [round(x, 6) for x in box] for name, box in head.uv_rectangles.items()},
         "lods": [
             {
@@ -106,24 +104,86 @@ def manifest(baked, levels, web):
             "source": head.source,
             "sha256": files.head_digest(head),
         },
-        "fit": fitted,
-        "channels": channels(head, textures, masks),
+        "fit": _fit_table(baked.fit),
+        "channels": channels(head, baked.textures, baked.masks),
         "warnings": [vars(finding) for finding in baked.findings],
-        "provenance": {
-            "input": {
-                "sha256": photo.sha256,
-                "width": width,
-                "height": height,
-                "notes": list(photo.notes),
-            },
-            "generator": baked.generator.name,
-            "detector": baked.detector,
-            "digitalSourceType": IPTC + baked.generator.source_type,
-            "licences": {
-                "bakery": "Apache-2.0",
-                f"head model {head.name}": head.licence,
-                "portrait": "as its owner says; the person shown must agree to the avatar",
+        "provenance": _provenance(baked),
+        "web": web,
+        **({"photo": photo[0]} if photo else {}),
+        "files": listed,
+    }
+
+
+def _fit_table(fit):
+    table = record.fit_to_table(fit)
+    del table["seconds"]  # a time would differ from bake to bake
+    table["diagnostics"] = {k: v for k, v in table["diagnostics"].items() if "seconds" not in k}
+    return table
+
+
+def _provenance(baked):
+    height, width = baked.photo.encoded.shape[:2]
+    table = {
+        "input": {
+            "sha256": baked.photo.sha256,
+            "width": width,
+            "height": height,
+            "notes": list(baked.photo.notes),
+        },
+        "generator": baked.generator.name,
+        "detector": baked.detector,
+        "digitalSourceType": IPTC + baked.generator.source_type,
+        "licences": {
+            "bakery": "Apache-2.0",
+            f"head model {baked.head.name}": baked.head.licence,
+            "portrait": "as its owner says; the person shown must agree to the avatar",
+        },
+    }
+    return table
+
+
+def _textures_table(textures, masks):
+    """What stands in which part of the EXR files; formats.bundle.write_textures puts it there."""
+    values, counts = np.unique(textures.source, return_counts=True)
+    mouths = len(textures.mouths)
+    columns, rows = files.mouth_grid(mouths)
+    return {
+        "keys": [
+            {"name": name, "part": name, "weights": files.sparse(weights)}
+            for name, weights in zip(textures.key_names, textures.key_weights)
+        ],
+        "hair": {
+            "file": "hair.exr",
+            "part": "hair",
+            "layout": "RGBA over the face texture, colour multiplied by alpha; lashes in uv/cards",
+        },
+        "gaze": {
+            "file": "gaze.exr",
+            "parts": files.gaze_parts(len(textures.gaze)),
+            "directions": record.numbers(textures.gaze_directions, 4),
+            "layout": "the cap of the left eye on the left, that of the right eye on the right",
+        },
+        "mouths": {
+            "file": "mouth.exr",
+            "parts": files.mouth_parts(mouths),
+            "columns": columns,
+            "rows": rows,
+            "landmarks": record.numbers(textures.mouth_landmarks, 5),
+            "weights": [files.sparse(weights) for weights in textures.mouth_weights],
+        },
+        "masks": {
+            "file": "masks.exr",
+            "resolution": int(masks.shape[1]),
+            "channels": {name: {"part": name, "channel": "Y"} for name in EXPRESSIONS},
+        },
+        "coverage": {
+            "file": "coverage.exr",
+            "source": "source",
+            "facing": "facing",
+            "values": {str(value): name for value, name in files.SOURCES.items()},
+            "shares": {
+                files.SOURCES[int(value)]: round(float(count / textures.source.size), 4)
+                for value, count in zip(values, counts)
             },
         },
-        "web": web,
     }
