@@ -7,8 +7,8 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 
 from bakery.errors import InputError
+from bakery.paths import PACKAGE
 
-PACKAGE = Path(__file__).resolve().parent
 FOLDERS = (PACKAGE / "presets", PACKAGE.parent / "presets")  # installed; beside the checkout
 
 

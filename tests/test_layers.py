@@ -10,10 +10,10 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "bakery"
 LAYERS = [
-    {"errors", "parallel"}, {"check"}, {"types", "landmarks"}, {"geometry"}, {"formats"},
-    {"heads", "detectors", "generators", "preset"}, {"stages"}, {"synth"}, {"runtime", "drivers"},
-    {"steps"}, {"sitter"}, {"pipeline", "frames", "movies", "checkup", "train"},
-    {"portrayal"}, {"evaluate"}, {"cli"}, {"__main__"},
+    {"errors", "parallel", "paths"}, {"check"}, {"types", "landmarks"}, {"geometry"},
+    {"formats", "preset"}, {"heads", "detectors", "generators"}, {"stages"}, {"synth"},
+    {"runtime"}, {"export"}, {"bake"}, {"show"}, {"motion"}, {"train"}, {"evaluate"}, {"cli"},
+    {"__main__"},
 ]  # fmt: skip
 RANK = {part: rank for rank, parts in enumerate(LAYERS) for part in parts}
 # A generator draws heads and is handed their conditions: these two plug-in points build on heads.

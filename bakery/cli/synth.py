@@ -86,8 +86,8 @@ def pairs(count, output, seed, heads, skins, size, keys, error):
     bakery synth pairs -n 4096 --seed 1 -o runs/pairs
     """
     from bakery.heads.file import load_head
-    from bakery.synth.pair_painter import PairOptions
-    from bakery.synth.pair_shards import write
+    from bakery.synth.pairs.painter import PairOptions
+    from bakery.synth.pairs.shards import write
 
     models = [load_head(head) for head in heads]
     wanted = PairOptions(size=size, keys=keys, error=error)

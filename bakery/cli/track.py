@@ -27,7 +27,7 @@ def track(clip, output, head, gain, neutral, overwrite):
 
     One person fills the clip; of several faces the largest is followed.
     """
-    from bakery import movies
+    from bakery.motion import files as movies
 
     options.may_write(output, overwrite)
     with options.progress() as progress:

@@ -8,7 +8,6 @@ torch is imported on the first use, for it takes a second.
 """
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -16,9 +15,10 @@ import numpy as np
 from bakery.detectors import frames
 from bakery.errors import ModelError
 from bakery.landmarks import face_size
+from bakery.paths import ASSETS
 from bakery.types import Landmarks
 
-WEIGHTS = Path(__file__).resolve().parents[1] / "assets" / "detectors" / "network.safetensors"
+WEIGHTS = ASSETS / "detectors" / "network.safetensors"
 CELL = 8  # pixels of a pyramid level a cell of the finder's answer
 SIZE_RATIO = 1.5  # two levels may differ more about one face: then the points network decides
 UNIT_SIZE = 48.0  # pixels; the finder gives sizes as multiples of this

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from bakery.bake.pipeline import Request, build
+from bakery.bake.steps import open_avatar
 from bakery.formats.image import read_photo, write_image
 from bakery.heads.base import weights
-from bakery.heads.clay import labelled, tile
-from bakery.pipeline import Request, build
-from bakery.runtime.preview import SMILE, portraits
-from bakery.steps import open_avatar
+from bakery.heads.report.shaded import labelled, tile
+from bakery.runtime.contact_sheet import SMILE, portraits
 from bakery.synth.failures import CASES, chosen, paint_case
 
 SIDE = 200  # pixels of one picture of the sheet

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery import steps
+from bakery.bake import steps
 from bakery.errors import BakeryError
-from bakery.evaluate.avatar_pairs import Pair, quick
-from bakery.evaluate.avatar_pairs import measure as measure_pair
+from bakery.evaluate.avatar.pairs import Pair, quick
+from bakery.evaluate.avatar.pairs import measure as measure_pair
 from bakery.evaluate.fitting import (
     landmark_error,
     landmarks_of,
@@ -17,7 +17,7 @@ from bakery.evaluate.fitting import (
 )
 from bakery.formats.image import read_photo
 from bakery.formats.portraits import reference_points
-from bakery.stages.fit_albedo import load_albedo
+from bakery.stages.fit.albedo import load_albedo
 
 VALIDATION = "london/val"  # what nothing was trained or tuned on
 

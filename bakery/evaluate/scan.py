@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from bakery import landmarks as marks
-from bakery import steps
+from bakery.bake import steps
 from bakery.errors import InputError
 from bakery.evaluate.fitting import fitted_vertices, surface_error
 from bakery.formats.image import read_photo, write_image

@@ -27,9 +27,10 @@ from bakery.generators.shade import is_part
 from bakery.generators.unet import NetworkOptions, UNet, byte_range, input_layers, parts_of
 from bakery.geometry import camera as cameras
 from bakery.landmarks import FACE
+from bakery.paths import ASSETS
 from bakery.types import Generated
 
-WEIGHTS = Path(__file__).resolve().parents[1] / "assets" / "generators" / "pagan.safetensors"
+WEIGHTS = ASSETS / "generators" / "pagan.safetensors"
 KIND = "bakery generator 1"  # says in a file's metadata what it is
 # Lines that the rendered generator draws: smiles do not make them, and of brows that rise or frown the
 # network has seen painted people alone, too few (2,000 steps leave a forehead nearly smooth).

@@ -23,9 +23,10 @@ import numpy as np
 
 from bakery.errors import InputError, ModelError
 from bakery.heads.base import FOLLOW, PARTS, HeadModel
+from bakery.paths import ASSETS
 from bakery.types import EXPRESSIONS, LANDMARKS
 
-BUILT_IN = Path(__file__).resolve().parent.parent / "assets" / "heads"
+BUILT_IN = ASSETS / "heads"
 DEFAULT = "makehuman"
 # Bytes of identity modes that are stored as they are: inflating the built-in head's took 28 of 65 ms.
 PLAIN = 6_000_000

@@ -14,10 +14,10 @@ import numpy as np
 from bakery.errors import InputError
 from bakery.geometry.mesh import boundary_loops
 from bakery.heads.base import CARRIERS, PARTS
-from bakery.heads.carriers import mouth_sheet
 from bakery.heads.embed import known_landmarks, on_faces
 from bakery.heads.eyes import Ball, eye_cap, eyeball, fit_ball
 from bakery.heads.patch import Patch, boxed, follow_ids, join, place
+from bakery.heads.proxies import mouth_sheet
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 LICENCE = "MIT, (c) 2020 USC Institute for Creative Technologies"

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery import steps
+from bakery.bake import steps
 from bakery.errors import InputError
 from bakery.types import Landmarks
 

@@ -1,8 +1,8 @@
 """Unwraps photographs of neutral faces into skins for painted training subjects."""
 
-from bakery import steps
+from bakery.bake import steps
 from bakery.errors import InputError
-from bakery.stages.texture_hair import cover_of
+from bakery.stages.texture.hair import cover_of
 from bakery.synth import skins
 
 PATTERN = "*_neutral.jpg"

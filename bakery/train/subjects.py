@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bakery import steps
+from bakery.bake import steps
 from bakery.formats.image import read_photo
 from bakery.formats.portraits import reference_points
 from bakery.stages.fit import FitOptions, fit

@@ -14,7 +14,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from bakery import __version__, steps
+from bakery import __version__
+from bakery.bake import steps
 from bakery.formats.image import read_photo
 from bakery.stages.detect import detect_faces
 from bakery.stages.fit import FitOptions, fit

@@ -6,9 +6,9 @@ import shutil
 import numpy as np
 import pytest
 
-from bakery.formats import bundle as files
-from bakery.formats.validate import problems
-from bakery.steps import open_avatar
+from bakery.bake.steps import open_avatar
+from bakery.export import bundle as files
+from bakery.export.validate import problems
 
 SMALL = ["--preset", "small", "--set", "texture.mouths=3", "--set", "texture.views=[0.0]"]
 

@@ -12,10 +12,11 @@ import numpy as np
 import OpenEXR
 import pytest
 
+from bakery.bake.steps import open_avatar
 from bakery.errors import BundleError
-from bakery.formats import exr, hostile
-from bakery.formats.validate import problems
-from bakery.steps import open_avatar
+from bakery.export import hostile
+from bakery.export.validate import problems
+from bakery.formats import exr
 
 
 @pytest.fixture

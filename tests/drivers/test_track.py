@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from bakery.detectors import frames
-from bakery.drivers import track as tracking
-from bakery.drivers.track import Followed, TrackOptions, follow, steady, track
 from bakery.errors import FitError, InputError
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.heads.base import look, weights
 from bakery.landmarks import face_size
+from bakery.motion import track as tracking
+from bakery.motion.track import Followed, TrackOptions, follow, steady, track
 from bakery.synth.scene import portrait_camera
 from bakery.types import EXPRESSION_INDEX
 

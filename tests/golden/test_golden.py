@@ -10,12 +10,12 @@ import cv2
 import numpy as np
 import pytest
 
-from bakery import steps
+from bakery.bake import steps
 from bakery.cli.options import build_options
 from bakery.geometry.color import to_encoded
 from bakery.heads.base import weights
 from bakery.runtime.avatar import Avatar
-from bakery.runtime.preview import BLINK, SMILE, TALK
+from bakery.runtime.contact_sheet import BLINK, SMILE, TALK
 from bakery.runtime.render import draw, over_gray
 from bakery.stages.condition import face_camera
 

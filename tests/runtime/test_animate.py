@@ -10,8 +10,8 @@ from bakery.errors import InputError
 from bakery.formats.video import Clip, Note
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_encoded, to_linear
-from bakery.runtime import animate
-from bakery.runtime.animate import Show, Stage, parse_frames, write_video
+from bakery.motion import animate
+from bakery.motion.animate import Show, Stage, parse_frames, write_video
 from bakery.runtime.render import draw, over_gray, over_photo, portrait_at
 
 NOTE = Note("a note", "http://cv.iptc.org/newscodes/digitalsourcetype/compositeSynthetic")

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bakery.geometry.color import to_encoded
-from bakery.runtime import preview
+from bakery.runtime import contact_sheet as preview
 from bakery.runtime.render import draw, over_gray
 from bakery.stages.condition import face_camera
 

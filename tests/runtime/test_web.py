@@ -6,15 +6,15 @@ import cv2
 import numpy as np
 import pytest
 
+from bakery.bake.steps import open_avatar
 from bakery.errors import InputError
-from bakery.formats import web
-from bakery.formats.validate import problems
+from bakery.export.validate import problems
+from bakery.export.web import WebOptions, web_files
+from bakery.export.web import files as web
+from bakery.export.web.head import facts
 from bakery.geometry.color import to_encoded, to_linear
 from bakery.heads.base import weights
-from bakery.runtime.web import WebOptions, web_files
-from bakery.stages.texture_mouth import mouth_landmarks
-from bakery.stages.web import facts
-from bakery.steps import open_avatar
+from bakery.stages.texture.mouth import mouth_landmarks
 
 MEGABYTE = 2**20
 

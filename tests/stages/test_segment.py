@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from bakery import landmarks
-from bakery.stages import segment_prior as prior
 from bakery.stages.segment import (
     BACKGROUND,
     CLOTHES,
@@ -17,9 +16,10 @@ from bakery.stages.segment import (
     SKIN,
     Segmentation,
     occlusion,
+    prior,
     segment,
 )
-from bakery.stages.segment_models import GuidedFilter, histogram
+from bakery.stages.segment.models import GuidedFilter, histogram
 
 SIDE = 480
 CENTER = np.array([240.0, 230.0])

@@ -12,7 +12,7 @@ from bakery.geometry.color import to_encoded
 from bakery.geometry.sample import bilinear
 from bakery.stages import texture
 from bakery.stages.texture import _cut_out
-from bakery.stages.texture_hair import Cover
+from bakery.stages.texture.hair import Cover
 from bakery.types import Camera, Fit, Photo
 
 REST = np.zeros(52, np.float32)

@@ -8,8 +8,10 @@ from click.testing import CliRunner
 from bakery.cli.synth import synth
 from bakery.errors import InputError
 from bakery.formats.image import read_photo
-from bakery.synth import failures, pair_painter, pair_shards
+from bakery.synth import failures
 from bakery.synth.pairs import Shard
+from bakery.synth.pairs import painter as pair_painter
+from bakery.synth.pairs import shards as pair_shards
 
 
 def run(*arguments):

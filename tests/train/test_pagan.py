@@ -16,9 +16,11 @@ from bakery.generators import pagan as inference
 from bakery.generators.unet import INPUTS, Change, NetworkOptions, UNet
 from bakery.heads.base import PARTS
 from bakery.synth.pairs import PaintedPair, write_shard
-from bakery.train import pagan, pagan_data, pagan_losses
-from bakery.train.pagan_data import UNIT, Cropping, Pairs, Samples, tensors
-from bakery.train.pagan_export import export
+from bakery.train import pagan
+from bakery.train.pagan import data as pagan_data
+from bakery.train.pagan import losses as pagan_losses
+from bakery.train.pagan.data import UNIT, Cropping, Pairs, Samples, tensors
+from bakery.train.pagan.export import export
 
 SIDE = 64
 

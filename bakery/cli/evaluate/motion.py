@@ -1,0 +1,47 @@
+"""`bakery evaluate track` and `bakery evaluate animate`: motion, measured."""
+
+import json
+from pathlib import Path
+
+import click
+
+from bakery.cli import options
+
+
+@click.command(cls=options.Command)
+@options.head
+@click.option("--people", default=2, show_default=True, type=click.IntRange(1))
+@click.option("--frames", default=60, show_default=True, type=click.IntRange(10))
+@click.option("--seed", default=1, show_default=True, help="Of the first person.")
+def track(head, people, frames, seed):
+    """Track painted people who play known curves; about a second a frame goes into painting."""
+    from bakery.bake.steps import load_head, plug_in
+    from bakery.evaluate import tracking
+
+    model, detector = load_head(head), plug_in("detectors", "network")
+    results = []
+    for number in range(seed, seed + people):
+        results.append(tracking.measure(model, detector, number, frames))
+        click.echo(json.dumps(vars(results[-1])))
+    click.echo(json.dumps(tracking.summary(results)))
+
+
+@click.command(cls=options.Command)
+@click.argument("bundle", type=click.Path(path_type=Path))
+@click.option("--curves", required=True, type=click.Path(path_type=Path), help="Take to play.")
+@click.option("--size", default=512, show_default=True, type=click.IntRange(16, 4096))
+@click.option("--frames", metavar="FIRST:LAST", help="Only these frames, counted from 0.")
+@click.option("--view", default="front", show_default=True, help="photo, front or YAW,PITCH.")
+@click.option("--kind", type=click.Choice([".webm", ".mp4"]), default=".webm", show_default=True)
+def animate(bundle, curves, size, frames, view, kind):
+    """Play a take with BUNDLE, encode it, keep nothing: frames a second, memory."""
+    from bakery.bake import steps
+    from bakery.evaluate import playing
+    from bakery.formats.livelink import read_take
+    from bakery.motion.animate import Show, parse_frames
+    from bakery.show import frame as scenes
+
+    first, last = parse_frames(frames)
+    show = Show(view=scenes.parse(view=view)["view"], size=size, first=first, last=last)
+    result = playing.measure(steps.open_avatar(bundle), read_take(curves), show, kind)
+    click.echo(json.dumps(vars(result)))
