@@ -6,9 +6,10 @@ import numpy as np
 
 from bakery import __version__
 from bakery.export import bundle as files
+from bakery.export import layout
 from bakery.export.lod import COARSE, SHARES, head_surfaces, simplify
-from bakery.formats import record
 from bakery.export.schema import VERSION
+from bakery.formats import record
 from bakery.heads.base import CARDS, HeadModel
 from bakery.types import EXPRESSIONS, Fit, Photo, Textures
 
@@ -21,15 +22,15 @@ def levels_of_detail(head, neutral):
     """The head at each share of its triangles.
 
     Returns:
-        a list of Surfaces a level, finest first; the Surfaces of the carriers. Seen from so far that
+        a list of Surfaces a level, finest first; the Surfaces of the proxies. Seen from so far that
         the coarsest level will do, lashes are gone.
     """
-    surfaces, carriers = head_surfaces(head, neutral)
+    surfaces, proxies = head_surfaces(head, neutral)
     levels = []
     for share in SHARES:
         shown = [piece for piece in surfaces if share >= COARSE or piece.name not in CARDS]
         levels.append([simplify(piece, share) for piece in shown])
-    return levels, carriers
+    return levels, proxies
 
 
 def channels(head, textures, masks):
@@ -86,7 +87,7 @@ def manifest(baked, levels, web, listed):
     return {
         "$schema": "urn:bakery:schema:avatar-1",
         "asset": {"version": VERSION, "generator": f"bakery {__version__}"},
-        "conventions": files.CONVENTIONS,
+        "conventions": layout.CONVENTIONS,
         "expressions": list(EXPRESSIONS),
         **_textures_table(baked.textures, baked.masks),
         "uv": {name: [round(x, 6) for x in box] for name, box in head.uv_rectangles.items()},
@@ -146,7 +147,7 @@ def _textures_table(textures, masks):
     """What stands in which part of the EXR files; formats.bundle.write_textures puts it there."""
     values, counts = np.unique(textures.source, return_counts=True)
     mouths = len(textures.mouths)
-    columns, rows = files.mouth_grid(mouths)
+    columns, rows = layout.mouth_grid(mouths)
     return {
         "keys": [
             {"name": name, "part": name, "weights": files.sparse(weights)}
@@ -159,13 +160,13 @@ def _textures_table(textures, masks):
         },
         "gaze": {
             "file": "gaze.exr",
-            "parts": files.gaze_parts(len(textures.gaze)),
+            "parts": layout.gaze_parts(len(textures.gaze)),
             "directions": record.numbers(textures.gaze_directions, 4),
             "layout": "the cap of the left eye on the left, that of the right eye on the right",
         },
         "mouths": {
             "file": "mouth.exr",
-            "parts": files.mouth_parts(mouths),
+            "parts": layout.mouth_parts(mouths),
             "columns": columns,
             "rows": rows,
             "landmarks": record.numbers(textures.mouth_landmarks, 5),
@@ -180,9 +181,9 @@ def _textures_table(textures, masks):
             "file": "coverage.exr",
             "source": "source",
             "facing": "facing",
-            "values": {str(value): name for value, name in files.SOURCES.items()},
+            "values": {str(value): name for value, name in layout.SOURCES.items()},
             "shares": {
-                files.SOURCES[int(value)]: round(float(count / textures.source.size), 4)
+                layout.SOURCES[int(value)]: round(float(count / textures.source.size), 4)
                 for value, count in zip(values, counts)
             },
         },

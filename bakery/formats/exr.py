@@ -92,7 +92,9 @@ def read_parts(path, data: bytes) -> Iterator[tuple[str, np.ndarray]]:
     for number, part in enumerate(headers):
         if at + 8 * part.chunks > len(data):
             raise _damaged(path, part)
-        places.append((number if multi else None, part, np.frombuffer(data, "<u8", part.chunks, at)))
+        places.append(
+            (number if multi else None, part, np.frombuffer(data, "<u8", part.chunks, at))
+        )
         at += 8 * part.chunks
 
     def picture(place):

@@ -10,7 +10,10 @@ from dataclasses import dataclass
 from bakery.errors import BundleError
 
 MAGIC = b"\x76\x2f\x31\x01"
-LONG_NAMES, MULTI_PART = 0x400, 0x1000  # the flags of a file that is read; tiles and deep data are not
+LONG_NAMES, MULTI_PART = (
+    0x400,
+    0x1000,
+)  # the flags of a file that is read; tiles and deep data are not
 CHANNELS = {1: "Y", 3: "RGB", 4: "RGBA"}  # what browsers' readers accept
 HALF, ZIP = 1, 3
 ZIP_LINES = 16  # to a chunk
