@@ -49,7 +49,7 @@ def test_settings_go_on_top():
 
 
 def test_every_shipped_preset_is_valid():
-    from bakery.bake.steps import BuildOptions
+    from bakery.bake.options import BuildOptions
 
     assert {"default", "small"} <= set(preset.names("builds"))
     for name in preset.names("builds"):
@@ -63,6 +63,6 @@ def test_broken_files(tmp_path):
     with pytest.raises(InputError, match="not valid TOML"):
         preset.load("builds", tmp_path / "a.toml")
     with pytest.raises(InputError, match="resolution 100"):
-        from bakery.bake.steps import BuildOptions
+        from bakery.bake.options import BuildOptions
 
         preset.options_from(BuildOptions, {"texture": {"resolution": 100}}, "x")

@@ -10,7 +10,7 @@ from pathlib import Path
 
 PACKAGES = (
     "torch numpy opencv-contrib-python-headless OpenEXR OpenImageIO numba pillow pygltflib "
-    "fast-simplification safetensors jsonschema trimesh xatlas click"
+    "fast-simplification safetensors jsonschema filelock trimesh xatlas click"
 ).split()
 ROOM = 2 * 2**30  # bytes that a bake of 1024 texels needs on disk, with its work folder
 
@@ -69,9 +69,9 @@ def _disk():
 
 def _presets():
     from bakery import preset
-    from bakery.bake import steps
+    from bakery.bake.textures import read_targets
 
-    targets = steps.expression_targets()
+    targets = read_targets()
     known = preset.names("builds")
     return f"{', '.join(known)}; {len(targets.key_names)} keys, {len(targets.mouths)} mouths"
 
@@ -86,13 +86,13 @@ def _head():
 
 
 def _detector():
-    from bakery.bake.steps import plug_in
+    from bakery.bake.plugins import plug_in
 
     return plug_in("detectors", "network").name
 
 
 def _generator():
-    from bakery.bake.steps import plug_in
+    from bakery.bake.plugins import plug_in
 
     return plug_in("generators", "pagan").name
 

@@ -1,34 +1,38 @@
 """The bake: the order of the steps, what each is made from, what is kept of it.
 
-photo -> detect -> segment -> fit -> textures -> masks -> bundle
+photo -> detect -> segment -> fit -> (condition -> generate ->) texture -> mask -> bundle
 """
 
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
 from functools import cache
 from pathlib import Path
 
-from bakery.bake.steps import (
-    BuildOptions,
-    detector_name,
-    draw_masks,
-    examine,
-    landmarks_file,
-    one_face,
-    pack,
-    paint,
-    place_head,
-    plug_in,
-    segment_portrait,
-)
-from bakery.export import bundle as files
+import numpy as np
+
+from bakery.bake.bundle import write_bundle
+from bakery.bake.faces import landmarks_file, one_face
+from bakery.bake.fitting import check_head, examine, fit_portrait, made_from, segment_portrait
+from bakery.bake.kept import Kept
+from bakery.bake.mask import draw_masks
+from bakery.bake.options import BuildOptions
+from bakery.bake.plugins import maker_of, plug_in
+from bakery.bake.textures import paint
+from bakery.errors import InputError
 from bakery.export.manifest import Baked
 from bakery.formats import image, record
 from bakery.formats.files import digest, digest_file, read_bytes
 from bakery.formats.place import check_place
-from bakery.formats.work import key_of, work_folder
+from bakery.formats.work import Work, key_of, work_folder
+from bakery.heads.base import HeadModel
 from bakery.heads.file import load_head
 from bakery.paths import PACKAGE
+from bakery.stages.assess import Finding
 from bakery.stages.detect import face_size
+from bakery.stages.segment import Segmentation
+from bakery.types import Fit, Landmarks, Photo, Textures
+
+Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -37,7 +41,7 @@ class Request:
 
     photo: Path
     output: Path
-    options: BuildOptions = BuildOptions()
+    options: BuildOptions = field(default_factory=BuildOptions)
     head: str = "makehuman"
     generator: str = "pagan"
     detector: str = "network"
@@ -50,92 +54,202 @@ class Request:
     work: Path | None = None
 
 
-def build(request, progress=None):
+@dataclass(frozen=True, eq=False)
+class Portrait:
+    """A photo with what was found in it."""
+
+    photo: Photo
+    landmarks: Landmarks
+    segmentation: Segmentation
+    fit: Fit
+    findings: list[Finding]
+    key: str  # of everything that the fit is made from
+
+
+def build(request: Request, progress: Progress | None = None) -> list[Finding]:
     """Bake one portrait into an avatar bundle.
 
-    Steps that an interrupted bake of the same portrait finished are taken from the work folder.
+    What an interrupted bake of the same portrait finished is taken from the work folder.
 
     Args:
-        request: Request.
         progress: called with (step, done, total).
-
-    Returns:
-        list of assess.Finding.
 
     Raises:
         BakeryError: what the user can mend; with `strict`, findings too.
     """
-    request = replace(request, landmarks=landmarks_file(request.landmarks, request.photo))
     show = progress or (lambda step, done, total: None)
     options = request.options
     check_place(request.output, request.overwrite)
-    generator = plug_in("generators", request.generator)
-    head = load_head(request.head)
-    photo = image.read_photo(request.photo, request.frame)
-    code = source_digest()
+    generator, head = plug_in("generators", request.generator), load_head(request.head)
     with work_folder(request.output, request.work) as work:
-        show("detect", 0, 4)
-        given = digest(read_bytes(request.landmarks)) if request.landmarks else None
-        key = key_of(code, photo.sha256, request.frame, given, request.face, request.detector)
-        landmarks = work.step(
-            "landmarks.json", key, lambda: _landmarks_record(request, photo), _landmarks_of_record
+        seen = find_portrait(request, head, work, show)
+        made_by = _maker("generators", request.generator)
+        kept = Kept(work, key_of(seen.key, made_by, asdict(options.texture)))
+        textures = paint(
+            seen.photo,
+            seen.landmarks,
+            seen.fit,
+            seen.segmentation,
+            head,
+            generator,
+            options,
+            kept,
+            show,
         )
-        show("fit", 1, 4)
-        segmentation = segment_portrait(photo, landmarks, options)
-        key = key_of(key, files.head_digest(head), asdict(options.fit), asdict(options.segment))
-        fit = work.step(
-            "fit.json",
-            key,
-            lambda: record.dump(
-                record.fit_to_table(
-                    place_head(request.photo, photo, landmarks, head, options, segmentation)[0]
-                )
-            ),
-            lambda data: record.fit_from_table("fit.json", record.parse("fit.json", data)),
-        )
-        findings = examine(
-            request.photo, photo, landmarks, fit, segmentation, options, request.strict
-        )
-        key = key_of(key, generator.name, asdict(options.texture))
-        textures = work.step(
-            "textures.npz",
-            key,
-            lambda: record.pack_arrays(
-                record.textures_to_arrays(
-                    paint(photo, landmarks, fit, segmentation, head, generator, options, show)
-                )
-            ),
-            lambda data: record.textures_from_arrays(record.unpack_arrays("textures.npz", data)),
-        )
-        show("masks", 2, 4)
+        show("mask", 2, 4)
         masks = draw_masks(head, options)
-        show("pack", 3, 4)
-        detector = detector_name(request.landmarks, request.detector)
-        baked = Baked(photo, fit, head, textures, masks, findings, generator, detector)
-        pack(request.output, baked, options.bundle, request.keep_photo, request.overwrite)
-    return findings
+        show("bundle", 3, 4)
+        _bundle(request, seen, head, textures, masks)
+    return seen.findings
 
 
-def _landmarks_record(request, photo):
-    """The one face that is meant, as the bytes that `bakery detect` would write."""
-    _, chosen = one_face(
-        request.photo, request.frame, request.landmarks, request.face, request.detector, photo
+def find_portrait(request: Request, head: HeadModel, work: Work | None, show: Progress) -> Portrait:
+    """The steps before anything is painted: detect, segment, fit, assess.
+
+    Args:
+        work: folder of finished steps, or None.
+
+    Raises:
+        BakeryError: the portrait cannot be used.
+    """
+    work = work or Work(None)
+    options, given = request.options, landmarks_file(request.landmarks, request.photo)
+    photo = image.read_photo(request.photo, request.frame)
+    show("detect", 0, 4)
+    found_by = digest(read_bytes(given)) if given else _maker("detectors", request.detector)
+    key = key_of(source_digest(), photo.sha256, request.frame, found_by, request.face)
+
+    def detect() -> bytes:
+        _, face = one_face(
+            request.photo, request.frame, given, request.face, request.detector, photo
+        )
+        height, width = photo.encoded.shape[:2]
+        return record.dump(record.faces_to_table(width, height, [face]))
+
+    landmarks = work.step(
+        "detect.json",
+        key,
+        detect,
+        lambda data: record.faces_from_table("detect.json", record.parse("detect.json", data))[1][
+            0
+        ],
     )
+    show("segment", 1, 4)
+    segmentation = segment_portrait(photo, landmarks, options)
+    show("fit", 1, 4)
+    key = key_of(key, head.digest, asdict(options.fit), asdict(options.segment))
+
+    def fit() -> bytes:
+        found, _ = fit_portrait(request.photo, photo, landmarks, head, options, segmentation)
+        return record.dump(record.fit_to_table(found))
+
+    fitted = work.step(
+        "fit.json",
+        key,
+        fit,
+        lambda data: record.fit_from_table("fit.json", record.parse("fit.json", data)),
+    )
+    findings = examine(
+        request.photo, photo, landmarks, fitted, segmentation, options, request.strict
+    )
+    return Portrait(photo, landmarks, segmentation, fitted, findings, key)
+
+
+def read_portrait(request: Request, fitted: Path, head: HeadModel) -> Portrait:
+    """A portrait whose fit stands in a file.
+
+    Raises:
+        InputError: the fit is of another head or photo.
+    """
+    fit = record.read_fit(fitted)
+    check_head(fitted, fit, head)
+    given = landmarks_file(request.landmarks, request.photo)
+    photo, landmarks = one_face(request.photo, request.frame, given, request.face, request.detector)
+    # As `build` has them: what a file holds of landmarks is rounded.
     height, width = photo.encoded.shape[:2]
-    return record.dump(record.faces_to_table(width, height, [chosen]))
+    table = record.faces_to_table(width, height, [landmarks])
+    landmarks = record.faces_from_table("landmarks", table)[1][0]
+    if (fit.camera.width, fit.camera.height) != (width, height):
+        raise InputError(
+            f"{fitted}: a fit of a photo of {fit.camera.width}x{fit.camera.height}, "
+            f"{request.photo} has {width}x{height}; fit this photo"
+        )
+    segmentation = segment_portrait(photo, landmarks, request.options)
+    findings = examine(
+        request.photo, photo, landmarks, fit, segmentation, request.options, request.strict
+    )
+    return Portrait(photo, landmarks, segmentation, fit, findings, "")
 
 
-def _landmarks_of_record(data):
-    return record.faces_from_table("landmarks", record.parse("landmarks", data))[1][0]
+def bundle_files(
+    request: Request, head: HeadModel, fitted: Path, textures: Path, masks: Path
+) -> None:
+    """The last step alone: a bundle from the files that the other steps wrote.
+
+    Raises:
+        InputError: the files were made from another photo, fit or head.
+    """
+    check_place(request.output, request.overwrite)
+    seen = read_portrait(request, fitted, head)
+    painted = record.read_textures(textures)
+    if painted.made_from != made_from(seen.photo, seen.landmarks, seen.fit, head):
+        raise InputError(
+            f"{textures}: painted from another photo, fit or head; make it again with "
+            "`bakery texture`"
+        )
+    drawn = record.read_arrays(masks, ["masks", "head"])
+    if str(drawn["head"]) != head.digest:
+        raise InputError(f"{masks}: masks of another head; make them again with `bakery mask`")
+    _bundle(request, seen, head, painted, drawn["masks"])
+
+
+def _bundle(
+    request: Request, seen: Portrait, head: HeadModel, textures: Textures, masks: np.ndarray
+) -> None:
+    baked = Baked(
+        seen.photo,
+        seen.fit,
+        head,
+        textures,
+        masks,
+        seen.findings,
+        textures.maker,
+        seen.landmarks.maker,
+    )
+    write_bundle(
+        request.output, baked, request.options.bundle, request.keep_photo, request.overwrite
+    )
+
+
+def recipe(request: Request) -> str:
+    """SHA-256 over everything that a bundle's content depends on; the manifest keeps it.
+
+    A bundle of the same recipe would come out the same, so that it need not be baked again.
+    """
+    given = landmarks_file(request.landmarks, request.photo)
+    return key_of(
+        source_digest(),
+        digest_file(request.photo),
+        request.frame,
+        request.face,
+        digest_file(given) if given else _maker("detectors", request.detector),
+        load_head(request.head).digest,
+        _maker("generators", request.generator),
+        asdict(request.options),
+        request.keep_photo,
+    )
+
+
+def _maker(group: str, name: str) -> dict[str, str]:
+    return asdict(maker_of(group, plug_in(group, name)))
 
 
 @cache
-def source_digest():
+def source_digest() -> str:
     """SHA-256 over the program itself, so that another version takes nothing from a work folder."""
-    package = PACKAGE
     paths = sorted(
         path
-        for folder in (package, package.parent / "presets")
+        for folder in (PACKAGE, PACKAGE.parent / "presets")
         if folder.is_dir()
         for path in folder.rglob("*")
         if path.suffix in (".py", ".toml", ".json", ".npz", ".safetensors")
@@ -143,26 +257,26 @@ def source_digest():
     return key_of([[path.name, digest_file(path)] for path in paths])
 
 
-def describe(request):
-    """What `build` would do, as text, after checking what can be checked quickly.
+def describe(request: Request) -> str:
+    """What `build` would do, as text, after checking all that it would refuse before it paints.
 
     Raises:
-        BakeryError: what `build` would refuse before it begins to paint.
+        BakeryError: what `build` would refuse.
     """
     check_place(request.output, request.overwrite)
     plug_in("generators", request.generator)
     head = load_head(request.head)
-    photo, face = one_face(
-        request.photo, request.frame, request.landmarks, request.face, request.detector
+    seen = find_portrait(request, head, None, lambda step, done, total: None)
+    height, width = seen.photo.encoded.shape[:2]
+    notes = "".join(f", {note}" for note in seen.photo.notes)
+    options = request.options
+    return "\n".join(
+        [
+            f"photo       {request.photo} ({width}x{height}{notes})",
+            f"face        {face_size(seen.landmarks):.0f} pixels, score {seen.landmarks.score:.2f}",
+            f"head        {head.name} ({len(head.mean)} vertices)",
+            f"generator   {request.generator}",
+            f"bundle      {request.output} ({options.texture.resolution} texels, "
+            f"{options.texture.mouths} mouths)",
+        ]
     )
-    height, width = photo.encoded.shape[:2]
-    lines = [
-        f"photo       {request.photo} ({width}x{height}{''.join(', ' + n for n in photo.notes)})",
-        f"face        {face_size(face):.0f} pixels, score {face.score:.2f}",
-        f"head        {head.name} ({len(head.mean)} vertices)",
-        f"generator   {request.generator}",
-        f"bundle      {request.output}",
-    ]
-    for table, values in asdict(request.options).items():
-        lines += [f"{table}.{key} = {value}" for key, value in values.items()]
-    return "\n".join(lines)

@@ -5,17 +5,18 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from bakery.bake import steps
+from bakery.bake.fitting import fit_portrait, fitted_neutral
+from bakery.bake.options import BuildOptions
 from bakery.formats.image import read_photo
 from bakery.generators.planes import NONE, Planes, planes, shrunk_planes
 from bakery.geometry.fill import smoothstep
 from bakery.heads.base import PARTS
-from bakery.stages import texture
 from bakery.stages.condition import SIZE, condition, finer
 from bakery.stages.face_frame import cut, face_frame
 from bakery.stages.fit.lids import close_lids
 from bakery.stages.segment import HAIR
 from bakery.stages.texture.hair import cover_of
+from bakery.stages.texture.neutral import prepare
 from bakery.types import Camera, Conditions, Fit
 
 
@@ -48,29 +49,29 @@ class Sitter:
             path: the neutral photo.
             landmarks: its Landmarks.
             head: HeadModel.
-            options: steps.BuildOptions.
+            options: BuildOptions.
             size: pixels a side of the frames.
             photo: the Photo, if it was read already.
 
         Raises:
             FitError, InputError: the photo cannot be used.
         """
-        self.options, self.size, self.model = options or steps.BuildOptions(), size, head
+        self.options, self.size, self.model = options or BuildOptions(), size, head
         photo = photo or read_photo(path)
-        fit, segmentation = steps.place_head(path, photo, landmarks, head, self.options)
-        neutral = steps.fitted_neutral(head, fit)
+        fit, segmentation = fit_portrait(path, photo, landmarks, head, self.options)
+        neutral = fitted_neutral(head, fit)
         self.head = close_lids(head, neutral)  # lashes are the player's, no generator draws them
         cover = cover_of(photo.encoded, segmentation, landmarks.points)
         resolution = self.options.texture.resolution
-        prepared = texture.prepare(photo, landmarks, fit, neutral, self.head, cover, resolution)
+        prepared = prepare(photo, landmarks, fit, neutral, self.head, cover, resolution)
         self.subject, self.hair = prepared.subject, prepared.hair
         self.neutral = self._seat(photo, landmarks.points, fit, segmentation, neutral)
 
     def sit(self, path, landmarks):
         """Another photo of this person: Sitting."""
         photo = read_photo(path)
-        fit, segmentation = steps.place_head(path, photo, landmarks, self.model, self.options)
-        neutral = steps.fitted_neutral(self.model, fit)
+        fit, segmentation = fit_portrait(path, photo, landmarks, self.model, self.options)
+        neutral = fitted_neutral(self.model, fit)
         return self._seat(photo, landmarks.points, fit, segmentation, neutral)
 
     def _seat(self, photo, points, fit, segmentation, neutral):

@@ -54,7 +54,7 @@ def generate(
     bakery generate portrait.jpg --yaw 30 --gaze 10,-5 -o turned.png
     bakery generate portrait.jpg --curves take.csv -o talking.mp4
     """
-    from bakery.bake import steps
+    from bakery.bake.plugins import plug_in
     from bakery.formats.image import write_image
     from bakery.formats.livelink import read_take
     from bakery.motion.animate import parse_frames
@@ -68,7 +68,7 @@ def generate(
         target = portrayal.parse(*asked)
     elif any(asked[:3]) or mask is not None:
         raise click.UsageError("--curves brings its own expressions and gaze; no --mask either")
-    painter = steps.plug_in("generators", generator)
+    painter = plug_in("generators", generator)
     if curves is not None:
         take, view = read_take(curves), (asked[3] or 0.0, asked[4] or 0.0)
         chosen_frames = slice(*parse_frames(frames))

@@ -16,9 +16,9 @@ COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of th
     "build": ("build", "Bake a portrait into an avatar bundle."),
     "detect": ("stages", "Find faces and their 478 landmarks."),
     "fit": ("stages", "Fit the head model to photos."),
-    "textures": ("stages", "Paint the textures of one fit."),
-    "masks": ("stages", "Draw the activation masks of a head model."),
-    "pack": ("stages", "Pack fit, textures and masks into a bundle."),
+    "texture": ("texture", "Paint the textures of one fit."),
+    "mask": ("texture", "Draw the activation masks of a head model."),
+    "bundle": ("bundle", "Pack fit, textures and masks into a bundle."),
     "inspect": ("inspect", "Say what a bundle holds."),
     "validate": ("inspect", "Check a bundle; list what is wrong with it."),
     "preview": ("preview", "Write a page that plays an avatar in a browser."),
@@ -34,6 +34,11 @@ COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of th
     "train": ("train", "Train the networks of the project."),
     "evaluate": ("evaluate", "Measure the project on photographs."),
 }
+
+DISK = (  # what a disk, or a person's choice of a path, may answer anywhere
+    errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.ENAMETOOLONG,
+    errno.ENOTDIR, errno.EISDIR, errno.EIO,
+)  # fmt: skip
 
 
 class LazyGroup(click.Group):
@@ -85,11 +90,12 @@ def main(arguments=None):
         sys.stderr.close()  # the reader went away, as `head` does
         code = 1
     except OSError as error:
-        if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM):
+        if error.errno not in DISK:
             raise
-        code = _one_line(
-            f"{error.filename or 'a file'}: {error.strerror}; check the disk and rights"
-        )
+        from bakery.formats.files import disk_error
+
+        where = error.filename or "the standard output or a temporary file"
+        code = _one_line(str(disk_error(where, error)))
     sys.exit(code if isinstance(code, int) else 0)
 
 

@@ -55,6 +55,26 @@ def chosen(command):
     return preset(settings(command))
 
 
+detector = click.option(
+    "--detector", default="network", show_default=True, help="What finds landmarks."
+)
+resolution = click.option(
+    "--resolution", type=click.IntRange(512, 4096), help="Texels on a side (1024)."
+)
+fitted = click.option(
+    "--fit", "fitted", required=True, type=click.Path(path_type=Path), help="From `fit`."
+)
+
+
+def baking(command):
+    """The options that `build` and every single step take, so that one call can be made of parts."""
+    for option in (
+        overwrite, which_face, detector, generator, head, resolution, settings, preset,
+    ):  # fmt: skip
+        command = option(command)
+    return command
+
+
 class Command(click.Command):
     """A command with -v and -q, and a --frame that needs no number."""
 
@@ -125,9 +145,9 @@ def say(text):
 
 
 def build_options(preset, settings, resolution=None):
-    """steps.BuildOptions of a preset, with --set and --resolution on top."""
+    """BuildOptions of a preset, with --set and --resolution on top."""
     from bakery import preset as presets
-    from bakery.bake.steps import BuildOptions
+    from bakery.bake.options import BuildOptions
 
     tables = presets.with_settings(presets.load("builds", preset), settings)
     if resolution:

@@ -53,7 +53,7 @@ def preview(bundle, output, module, serve, port):
 
 def _derived(bundle):
     """The files of web/, for a bundle that was baked before they were complete."""
-    from bakery.bake import steps
+    from bakery.export.open import open_avatar
     from bakery.export.web import web_files
 
-    return web_files(steps.open_avatar(bundle))[0]
+    return web_files(open_avatar(bundle))[0]

@@ -36,12 +36,12 @@ def render(bundle, output, mask, **wanted):
 
     A frame replaces an older one without asking, for players render many.
     """
-    from bakery.bake import steps
+    from bakery.export.open import open_avatar
     from bakery.formats.image import write_image
     from bakery.show import frame as frames
 
     scene = frames.Scene(**frames.parse(**wanted))
-    picture, covered = frames.render(steps.open_avatar(bundle), scene)
+    picture, covered = frames.render(open_avatar(bundle), scene)
     write_image(output, picture)
     if mask is not None:
         write_image(mask, covered)
@@ -60,9 +60,9 @@ def recover(bundle, expressions, output, overwrite):
     \b
     bakery recover portrait.avatar jawOpen mouthSmileLeft -o facs.exr
     """
-    from bakery.bake import steps
+    from bakery.export.open import open_avatar
     from bakery.formats.exr import write_exr
     from bakery.show import frame as frames
 
     options.may_write(output, overwrite)
-    write_exr(output, frames.recover(steps.open_avatar(bundle), expressions))
+    write_exr(output, frames.recover(open_avatar(bundle), expressions))

@@ -14,6 +14,7 @@ import numpy as np
 
 from bakery.detectors import frames
 from bakery.errors import ModelError
+from bakery.formats.files import digest_file
 from bakery.landmarks import face_size
 from bakery.paths import ASSETS
 from bakery.types import Landmarks
@@ -43,8 +44,8 @@ class NetworkDetector:
 
     name = "network"
 
-    def __init__(self, finder, points, options=NetworkOptions()):
-        self.finder, self.points, self.options = finder, points, options
+    def __init__(self, finder, points, options=NetworkOptions(), sha256=""):
+        self.finder, self.points, self.options, self.sha256 = finder, points, options, sha256
 
     def detect(self, image):
         """All faces of a photo.
@@ -161,7 +162,7 @@ def load(path=WEIGHTS, options=NetworkOptions()):
                 f"{path}: weights of another network; give a file that this version exported"
             ) from None
         networks.append(network.eval().to(memory_format=torch.channels_last))
-    return NetworkDetector(*networks, options)
+    return NetworkDetector(*networks, options, sha256=digest_file(path))
 
 
 def pyramid(image, options):

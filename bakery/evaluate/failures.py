@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from bakery.bake.pipeline import Request, build
-from bakery.bake.steps import open_avatar
+from bakery.export.open import open_avatar
 from bakery.formats.image import read_photo, write_image
 from bakery.heads.base import weights
 from bakery.heads.report.shaded import labelled, tile

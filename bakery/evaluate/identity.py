@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bakery.bake.steps import BuildOptions
+from bakery.bake.options import BuildOptions
 from bakery.bake.subject import Sitter
 from bakery.errors import InputError
 from bakery.evaluate.fitting import landmarks_of

@@ -1,6 +1,5 @@
 """The bundle folder: what stands in which file, written and read."""
 
-import hashlib
 import os
 from pathlib import Path
 
@@ -243,11 +242,3 @@ def summary(folder, manifest):
         ],
         "bytes": roles | {"all": sum(roles.values())},
     }
-
-
-def head_digest(head):
-    """SHA-256 over the numbers of a head model, so that a bundle finds its own again."""
-    sha = hashlib.sha256()
-    for name in ("mean", "faces", "uv", "uv_faces", "face_part", "expression_basis"):
-        sha.update(np.ascontiguousarray(getattr(head, name)).tobytes())
-    return sha.hexdigest()

@@ -9,18 +9,16 @@ import math
 import os
 import stat
 import unicodedata
-import zipfile
 from pathlib import Path
 
 from bakery.errors import BakeryError, BundleError
 from bakery.export.layout import ROLES, WEB
-from bakery.formats import exr
+from bakery.formats import exr, npz
 from bakery.formats.files import digest_file, read_bytes
 from bakery.formats.image_header import read_header
 
 DEEPEST = 32  # tables within tables
 LARGEST_FILE = 4 * 2**30  # bytes
-LARGEST_ARRAYS = 512 * 2**20  # bytes, unpacked
 PICTURES = (".png", ".webp", ".jpg", ".jpeg")
 # Marks that change the direction of text or hide in it, and those that would be markup on a page.
 TURNING = {0x061C, 0x200B, 0x200E, 0x200F, 0x2028, 0x2029, 0x2060, 0xFEFF}
@@ -100,13 +98,12 @@ def header_problem(folder, name):
         elif name.endswith(PICTURES):
             read_header(name, read_bytes(path), smallest=1)
         elif name.endswith(".npz"):
-            with zipfile.ZipFile(path) as archive:
-                size = sum(member.file_size for member in archive.infolist())
-            if size > LARGEST_ARRAYS:
-                return f"unpacks to {size / 2**20:.0f} MiB, more than any head"
+            npz.check_arrays(read_bytes(path))
+    except npz.NpzError as error:
+        return str(error)
     except BakeryError as error:
         return str(error).replace(str(path), name).removeprefix(f"{name}: ")
-    except (zipfile.BadZipFile, OSError, ValueError):
+    except (OSError, ValueError):
         return "damaged"
     return None
 

@@ -11,7 +11,7 @@ from bakery.export.lod import COARSE, SHARES, head_surfaces, simplify
 from bakery.export.schema import VERSION
 from bakery.formats import record
 from bakery.heads.base import CARDS, HeadModel
-from bakery.types import EXPRESSIONS, Fit, Photo, Textures
+from bakery.types import EXPRESSIONS, Fit, Maker, Photo, Textures
 
 GEOMETRY = 0.1  # mm at weight 1; less is no movement
 WEAK = 1.0  # mm; less is only an approximation of the shape
@@ -69,8 +69,8 @@ class Baked:
     textures: Textures
     masks: np.ndarray  # [E, m, m] float32 0..1
     findings: list  # of assess.Finding
-    generator: object  # generators.base.Generator
-    detector: str  # what found the landmarks
+    generator: Maker  # of the textures
+    detector: Maker  # of the landmarks
 
 
 def manifest(baked, levels, web, listed):
@@ -79,8 +79,8 @@ def manifest(baked, levels, web, listed):
     Args:
         baked: Baked.
         levels: from `levels_of_detail`.
-        web: table of runtime.web.web_files.
-        listed: the bundle's files, from formats.bundle.list_files.
+        web: table of export.web.web_files.
+        listed: the bundle's files, from export.bundle.list_files.
     """
     head = baked.head
     photo = [entry["path"] for entry in listed if entry["role"] == "photo"]
@@ -103,7 +103,7 @@ def manifest(baked, levels, web, listed):
             "name": head.name,
             "licence": head.licence,
             "source": head.source,
-            "sha256": files.head_digest(head),
+            "sha256": head.digest,
         },
         "fit": _fit_table(baked.fit),
         "channels": channels(head, baked.textures, baked.masks),
@@ -124,7 +124,7 @@ def _fit_table(fit):
 
 def _provenance(baked):
     height, width = baked.photo.encoded.shape[:2]
-    table = {
+    return {
         "input": {
             "sha256": baked.photo.sha256,
             "width": width,
@@ -132,7 +132,8 @@ def _provenance(baked):
             "notes": list(baked.photo.notes),
         },
         "generator": baked.generator.name,
-        "detector": baked.detector,
+        "detector": baked.detector.name,
+        "models": {"generator": _model(baked.generator), "detector": _model(baked.detector)},
         "digitalSourceType": IPTC + baked.generator.source_type,
         "licences": {
             "bakery": "Apache-2.0",
@@ -140,11 +141,16 @@ def _provenance(baked):
             "portrait": "as its owner says; the person shown must agree to the avatar",
         },
     }
-    return table
+
+
+def _model(maker):
+    """Version and digest of a Maker, as far as they are known."""
+    known = {"version": maker.version, "sha256": maker.sha256}
+    return {name: value for name, value in known.items() if value}
 
 
 def _textures_table(textures, masks):
-    """What stands in which part of the EXR files; formats.bundle.write_textures puts it there."""
+    """What stands in which part of the EXR files; export.bundle.write_textures puts it there."""
     values, counts = np.unique(textures.source, return_counts=True)
     mouths = len(textures.mouths)
     columns, rows = layout.mouth_grid(mouths)

@@ -18,6 +18,7 @@ import numpy as np
 
 from bakery.errors import InputError
 from bakery.formats import mp4, webm
+from bakery.formats.files import replacing
 
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # FFmpeg prints on stderr by itself
 KINDS = {".mp4": ("mp4v", ".mp4"), ".webm": ("VP80", ".ivf")}  # ending -> FourCC, of the parts
@@ -183,21 +184,11 @@ def join(path, parts, kind, rate, size, note, sound=None, start=0.0):
         sound: from `read_sound`.
         start: seconds of the sound that are left out at its beginning.
     """
-    path = Path(path)
-    handle, temporary = tempfile.mkstemp(prefix=".new-", dir=path.parent)
-    try:
-        with open(handle, "wb") as file:
-            if kind == ".mp4":
-                _join_mp4(file, parts, size, note, sound, start)
-            else:
-                _join_webm(file, parts, rate, size, note, sound, start)
-        mask = os.umask(0o022)
-        os.umask(mask)
-        os.chmod(temporary, 0o666 & ~mask)
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise
+    with replacing(path) as file:
+        if kind == ".mp4":
+            _join_mp4(file, parts, size, note, sound, start)
+        else:
+            _join_webm(file, parts, rate, size, note, sound, start)
 
 
 def _join_mp4(file, parts, size, note, sound, start):

@@ -1,10 +1,10 @@
 """What `bakery animate`, `track` and `retarget` do over files."""
 
 from bakery import __version__
-from bakery.bake import steps
-from bakery.bake.steps import plug_in
+from bakery.bake.plugins import plug_in
 from bakery.errors import FitError, InputError
 from bakery.export import bundle as files
+from bakery.export.open import open_avatar
 from bakery.formats.files import digest_file
 from bakery.formats.livelink import format_take, read_take
 from bakery.formats.place import MANIFEST
@@ -76,7 +76,7 @@ def animate(
     """
     take = retargeted(curves, gain, neutral)
     manifest = files.read_manifest(bundle)
-    avatar = steps.open_avatar(bundle)
+    avatar = open_avatar(bundle)
     key = [__version__, digest_file(bundle / MANIFEST)]
     made = write_video(
         avatar, take, show, output, note_of(manifest), key, sound, progress, work

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bakery.bake import steps
+from bakery.bake.fitting import fitted_neutral
 from bakery.errors import InputError, ModelError
 from bakery.formats import record
 from bakery.formats.targets import weight_rows
@@ -122,7 +122,7 @@ def neutral_for(head, neutral, name, fit):
     if fit is None or fit.head != name:
         return neutral
     try:
-        theirs = steps.fitted_neutral(load_head(fit.head), fit)
+        theirs = fitted_neutral(load_head(fit.head), fit)
     except ModelError:  # a head model that was given by its path, or is not installed here
         return neutral
     if len(theirs) not in (len(neutral), own_vertices(head)):

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from bakery import __version__
-from bakery.bake import steps
+from bakery.bake.faces import landmarks_file, one_face
 from bakery.bake.subject import Sitter
 from bakery.errors import InputError
 from bakery.export.manifest import IPTC
@@ -21,6 +21,7 @@ from bakery.geometry import rotation
 from bakery.geometry.color import to_encoded
 from bakery.geometry.sample import bilinear, interpolate
 from bakery.heads.base import gaze_of
+from bakery.heads.file import load_head
 from bakery.landmarks import FACE
 from bakery.parallel import side_by_side
 from bakery.runtime.blend import lay_hair
@@ -67,8 +68,8 @@ def sit(photo, head, options, landmarks=None, face=None, frame=None):
     Raises:
         BakeryError: it cannot be used.
     """
-    image, found = steps.one_face(photo, frame, steps.landmarks_file(landmarks, photo), face)
-    return Sitter(photo, found, steps.load_head(head), options, photo=image)
+    image, found = one_face(photo, frame, landmarks_file(landmarks, photo), face)
+    return Sitter(photo, found, load_head(head), options, photo=image)
 
 
 def paint(sitter, target, generator, hair=True):

@@ -6,8 +6,8 @@ import shutil
 import numpy as np
 import pytest
 
-from bakery.bake.steps import open_avatar
 from bakery.export import bundle as files
+from bakery.export.open import open_avatar
 from bakery.export.schema import seal
 from bakery.export.validate import problems
 
@@ -146,9 +146,9 @@ def test_two_bakes_and_the_single_steps_give_the_same_bytes(bakery, bundle, port
     out = tmp_path / "other name.avatar"
     for command in (
         ["fit", *given, "-o", fit],
-        ["textures", *given, "--fit", fit, "-o", textures, *SMALL],
-        ["masks", "-o", masks, *SMALL],
-        ["pack", *given, "--fit", fit, "--textures", textures, "--masks", masks, "-o", out,
+        ["texture", *given, "--fit", fit, "-o", textures, *SMALL],
+        ["mask", "-o", masks, *SMALL],
+        ["bundle", *given, "--fit", fit, "--textures", textures, "--masks", masks, "-o", out,
          "--keep-photo", *SMALL],
     ):  # fmt: skip
         done = bakery(*command, env=env)

@@ -12,9 +12,9 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from bakery.bake.steps import open_avatar
 from bakery.errors import BundleError
 from bakery.export import hostile, schema
+from bakery.export.open import open_avatar
 from bakery.export.validate import problems
 from bakery.formats import exr
 from bakery.formats.files import digest

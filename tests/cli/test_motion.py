@@ -162,7 +162,7 @@ def test_a_second_reader_finds_all_morph_targets(bundle):
     """Names, order and millimetres agree with the head model that the bundle carries."""
     from scipy.spatial import cKDTree
 
-    from bakery.bake.steps import open_avatar
+    from bakery.export.open import open_avatar
 
     avatar = open_avatar(bundle)
     positions, shapes = read_glb(bundle / "head.glb")["head_lod0"]

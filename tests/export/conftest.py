@@ -49,9 +49,7 @@ def _old_masks(folder, manifest):
         names = EXPRESSIONS[first : first + 4]
         part = f"masks{first // 4:02d}"
         groups[part] = np.stack([planes[name][1] for name in names], -1)
-        channels |= {
-            name: {"part": part, "channel": letter} for name, letter in zip(names, "RGBA")
-        }
+        channels |= {name: {"part": part, "channel": letter} for name, letter in zip(names, "RGBA")}
     write_parts(folder / "masks.exr", groups, "data")
     manifest["masks"]["channels"] = channels
 

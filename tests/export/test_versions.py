@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bakery.bake.steps import open_avatar
 from bakery.errors import BundleError
 from bakery.export import bundle as files
+from bakery.export.open import open_avatar
 from bakery.export.schema import seal
 from bakery.export.validate import examine, problems
 from bakery.formats.files import digest
 from bakery.show.page import page
+from bakery.types import EXPRESSIONS
 
 
 def change(folder, alter):
@@ -47,8 +48,8 @@ def test_a_1_0_bundle_holds_the_same_avatar(old_bundle, bundle):
 
 def test_a_1_0_bundle_works_with_every_command(old_bundle, bakery, tmp_path):
     take = tmp_path / "take.csv"
-    head = "Timecode,BlendshapeCount," + ",".join(name for name in ARKIT)
-    rows = [f"00:00:00:0{k}.000,61," + ",".join(["0.1"] * len(ARKIT)) for k in range(3)]
+    head = "Timecode,BlendShapeCount," + ",".join(EXPRESSIONS)
+    rows = [f"00:00:00:0{2 * k}.000,52," + ",".join(["0.1"] * 52) for k in range(3)]
     take.write_text("\n".join([head, *rows]) + "\n")
     for command in (
         ["validate", old_bundle],

@@ -10,10 +10,15 @@ import cv2
 import numpy as np
 import pytest
 
-from bakery.bake import steps
+from bakery.bake.faces import one_face
+from bakery.bake.fitting import fit_portrait, own_head
+from bakery.bake.mask import draw_masks
+from bakery.bake.plugins import plug_in
+from bakery.bake.textures import paint
 from bakery.cli.options import build_options
 from bakery.geometry.color import to_encoded
 from bakery.heads.base import weights
+from bakery.heads.file import load_head
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.contact_sheet import BLINK, SMILE, TALK
 from bakery.runtime.render import draw, over_gray
@@ -26,13 +31,13 @@ SAMPLE = Path(__file__).resolve().parents[2] / "samples" / "anna.jpg"
 def avatar():
     """samples/anna.jpg at 512 texels, from her own landmarks, with 12 mouths."""
     options = build_options("small", ["texture.mouths=12"])
-    photo, face = steps.one_face(SAMPLE, landmarks=SAMPLE.with_suffix(".json"))
-    head = steps.load_head("makehuman")
-    fit, segmentation = steps.place_head(SAMPLE, photo, face, head, options)
-    generator = steps.plug_in("generators", "rendered")
-    textures = steps.paint(photo, face, fit, segmentation, head, generator, options)
-    own, neutral = steps.own_head(head, fit)
-    return Avatar(own, neutral, fit, textures, steps.draw_masks(head, options))
+    photo, face = one_face(SAMPLE, landmarks=SAMPLE.with_suffix(".json"))
+    head = load_head("makehuman")
+    fit, segmentation = fit_portrait(SAMPLE, photo, face, head, options)
+    generator = plug_in("generators", "rendered")
+    textures = paint(photo, face, fit, segmentation, head, generator, options)
+    own, neutral = own_head(head, fit)
+    return Avatar(own, neutral, fit, textures, draw_masks(head, options))
 
 
 def grid(pictures, columns, size=None):

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from bakery.bake.steps import open_avatar
 from bakery.errors import InputError
+from bakery.export.open import open_avatar
 from bakery.export.validate import problems
 from bakery.export.web import WebOptions, web_files
 from bakery.export.web import files as web

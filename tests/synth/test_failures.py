@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bakery.bake.steps import place_head, plug_in
+from bakery.bake.fitting import fit_portrait as place_head
+from bakery.bake.plugins import plug_in
 from bakery.formats.image import read_photo
 from bakery.stages.assess import assess
 from bakery.stages.detect import detect_faces

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from bakery.bake import steps
+from bakery.export.open import open_avatar
 from bakery.export.web import WebOptions
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_encoded
@@ -139,7 +139,7 @@ def test_sample(bakery, browser, serve, make_site, tmp_path, monkeypatch, capsys
     """A baked sample: 100 weight sets, 20 gazes, 100 mouths; the figures in docs/log-web.md."""
     done = bakery("build", SAMPLE, "-o", tmp_path / "sample.avatar")
     assert done.returncode == 0, done.stderr
-    avatar = steps.open_avatar(tmp_path / "sample.avatar")
+    avatar = open_avatar(tmp_path / "sample.avatar")
     (tmp_path / "site").mkdir()
     site = make_site(tmp_path / "site", avatar, WebOptions())
     worst, exact, shares = measured(

@@ -30,7 +30,7 @@ def _line(record):
 @click.option("--set", "sets", multiple=True, help="Folder of PORTRAITS; may be repeated.")
 def detect(portraits, detector, sets):
     """Distance of detected from reference points, over the outer-eye-corner distance."""
-    from bakery.bake.steps import plug_in
+    from bakery.bake.plugins import plug_in
     from bakery.evaluate import detection
 
     results = []
@@ -48,8 +48,8 @@ def detect(portraits, detector, sets):
 @click.option("--detector", help="Fit from this detector's landmarks too, as `network`.")
 def fit(portraits, head, detector):
     """Distance of projected from reference landmarks, in percent."""
-    from bakery.bake.steps import load_head
     from bakery.evaluate import report
+    from bakery.heads.file import load_head
 
     rows = []
     for row in report.fits(portraits, load_head(head), detector):
@@ -67,8 +67,8 @@ def synthetic(truth, head, count, seed):
     """Surface distance of fits to painted heads of the model TRUTH (name or file)."""
     import numpy as np
 
-    from bakery.bake.steps import load_head
     from bakery.evaluate import report
+    from bakery.heads.file import load_head
 
     rows = []
     for row in report.synthetic(load_head(truth), load_head(head), count, seed):
@@ -85,8 +85,8 @@ def scan(folder, heads, pictures):
     """Surface distance of fits to pictures of the scanned head in FOLDER, by our own detection."""
     import numpy as np
 
-    from bakery.bake.steps import load_head
     from bakery.evaluate import scan as measures
+    from bakery.heads.file import load_head
 
     truth = measures.read_scan(folder)
     for head in heads:
@@ -108,15 +108,16 @@ def scan(folder, heads, pictures):
 @click.option("--only", multiple=True, help="Name of a person; may be repeated.")
 def avatar(portraits, head, generator, preset, settings, mouths, pictures, only):
     """Neutral avatars in their own photos, and smiling as the person smiles."""
-    from bakery.bake import steps
+    from bakery.bake.plugins import plug_in
     from bakery.evaluate import report
     from bakery.evaluate.avatar import pairs as avatar_pairs
+    from bakery.heads.file import load_head
 
     chosen = options.build_options(preset, settings)
-    painter = steps.plug_in("generators", generator)
+    painter = plug_in("generators", generator)
     results = []
     for result in report.avatars(
-        portraits, steps.load_head(head), painter, chosen, mouths, pictures, only
+        portraits, load_head(head), painter, chosen, mouths, pictures, only
     ):
         _line(vars(result) | {"smile": vars(result.smile), "warp": vars(result.warp)})
         results.append(result)
@@ -132,10 +133,10 @@ def avatar(portraits, head, generator, preset, settings, mouths, pictures, only)
 )
 def identity(portraits, head, features):
     """Tell people by their identity features: neutral against smiling of london/val of PORTRAITS."""
-    from bakery.bake.steps import load_head
     from bakery.evaluate import identity as measuring
     from bakery.evaluate import report
     from bakery.generators.identity import WEIGHTS, load_features
+    from bakery.heads.file import load_head
 
     network = load_features(features or WEIGHTS)
     seen = list(measuring.faces(report.pairs(portraits), load_head(head)))
@@ -155,9 +156,9 @@ def failures(names, output, folder, preset, settings, head, overwrite):
     \b
     bakery evaluate failures --preset small --folder runs/failures -o docs/failures.jpg
     """
-    from bakery.bake.steps import load_head
     from bakery.evaluate import failures as cases
     from bakery.formats.image import write_image
+    from bakery.heads.file import load_head
 
     options.may_write(output, overwrite)
     chosen = options.build_options(preset, settings)

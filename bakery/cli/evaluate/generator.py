@@ -41,12 +41,13 @@ def _networks(weights):
 @click.option("--take", type=click.Path(path_type=Path), help="Live Link Face CSV, for flicker.")
 def generator(portraits, head, weights, pictures, only, take):
     """Smiles painted from neutral photos: network, rendered, and simple baselines."""
-    from bakery.bake import steps
+    from bakery.bake.plugins import plug_in
     from bakery.evaluate import generator as measures
     from bakery.generators.identity import load_features
+    from bakery.heads.file import load_head
 
-    networks, model = _networks(weights), steps.load_head(head)
-    painters = networks | {"rendered": steps.plug_in("generators", "rendered")}
+    networks, model = _networks(weights), load_head(head)
+    painters = networks | {"rendered": plug_in("generators", "rendered")}
     results = []
     for result in measures.everybody(portraits, model, painters, pictures, only):
         scores = {way: vars(score) for way, score in result.scores.items()}
@@ -94,13 +95,13 @@ def times(photo, head, generator):
     """Seconds of each step of a bake of PHOTO, and of a trained generator's network beside a plain
     U-Net.
     """
-    from bakery.bake import steps
+    from bakery.bake.plugins import plug_in
     from bakery.evaluate.generator import speed as generator_speed
 
     seconds, textures, pictures = generator_speed.stages(photo, head, generator)
     _line({"steps": seconds})
     if pictures:
-        network = steps.plug_in("generators", generator)
+        network = plug_in("generators", generator)
         _line({"network": generator_speed.measure(network, textures, pictures)})
 
 
@@ -108,8 +109,8 @@ def times(photo, head, generator):
 @click.argument("bundle", type=click.Path(path_type=Path))
 def detail(bundle):
     """How much of the photo's own fine detail the key textures of BUNDLE keep."""
-    from bakery.bake import steps
     from bakery.evaluate.generator import detail as generator_detail
+    from bakery.export.open import open_avatar
 
-    for name, figures in generator_detail.keep(steps.open_avatar(bundle)).items():
+    for name, figures in generator_detail.keep(open_avatar(bundle)).items():
         _line({"key": name, **figures})

@@ -15,8 +15,9 @@ from bakery.cli import options
 @click.option("--seed", default=1, show_default=True, help="Of the first person.")
 def track(head, people, frames, seed):
     """Track painted people who play known curves; about a second a frame goes into painting."""
-    from bakery.bake.steps import load_head, plug_in
+    from bakery.bake.plugins import plug_in
     from bakery.evaluate import tracking
+    from bakery.heads.file import load_head
 
     model, detector = load_head(head), plug_in("detectors", "network")
     results = []
@@ -35,13 +36,13 @@ def track(head, people, frames, seed):
 @click.option("--kind", type=click.Choice([".webm", ".mp4"]), default=".webm", show_default=True)
 def animate(bundle, curves, size, frames, view, kind):
     """Play a take with BUNDLE, encode it, keep nothing: frames a second, memory."""
-    from bakery.bake import steps
     from bakery.evaluate import playing
+    from bakery.export.open import open_avatar
     from bakery.formats.livelink import read_take
     from bakery.motion.animate import Show, parse_frames
     from bakery.show import frame as scenes
 
     first, last = parse_frames(frames)
     show = Show(view=scenes.parse(view=view)["view"], size=size, first=first, last=last)
-    result = playing.measure(steps.open_avatar(bundle), read_take(curves), show, kind)
+    result = playing.measure(open_avatar(bundle), read_take(curves), show, kind)
     click.echo(json.dumps(vars(result)))

@@ -63,16 +63,16 @@ def export_detector(finder_run, points_run, output, overwrite):
 @options.overwrite
 def albedo(portraits, output, commit, head, overwrite):
     """Learn the albedo basis from london/train of PORTRAITS; its card goes beside it."""
-    from bakery.bake import steps
     from bakery.formats import record
     from bakery.formats.files import write_bytes
+    from bakery.heads.file import load_head
     from bakery.train.albedo import learn, model_card, save
     from bakery.train.subjects import albedo_subjects
 
     card = output.with_suffix(".json")
     options.may_write(output, overwrite)
     options.may_write(card, overwrite)
-    model = steps.load_head(head)
+    model = load_head(head)
     basis, figures = learn(albedo_subjects(portraits, model), model)
     save(basis, output)
     write_bytes(card, record.dump(model_card(basis, figures, output, commit)))
@@ -120,14 +120,14 @@ def real_pairs(photographs, output, dense, head, preset, settings):
     \b
     bakery train pairs portraits/london/train --dense portraits/dense478.npz -o runs/real
     """
-    from bakery.bake import steps
+    from bakery.heads.file import load_head
     from bakery.train import folders, real_pairs
 
     output.mkdir(parents=True, exist_ok=True)
     people = folders.people(photographs)
     points = folders.landmarks_by(dense)
     chosen = options.build_options(preset, settings)
-    model = steps.load_head(head)
+    model = load_head(head)
     for person, error in real_pairs.write_pairs(people, points, model, output, chosen):
         click.echo(json.dumps({"person": person.name, "left_out": str(error) if error else None}))
 

@@ -27,7 +27,7 @@ def closeups(skins, photos, dense, run, output, head, settings, overwrite):
         --dense portraits/dense478.npz --run runs/closeups -o closeups.safetensors
     """
     from bakery import preset
-    from bakery.bake import steps
+    from bakery.heads.file import load_head
     from bakery.train import closeups as training
 
     options.may_write(output, overwrite)
@@ -35,7 +35,7 @@ def closeups(skins, photos, dense, run, output, head, settings, overwrite):
         raise click.UsageError("--photos and --dense go together: give both or none")
     tables = preset.with_settings({}, [f"train.{setting}" for setting in settings])
     chosen = preset.options_from(training.CloseupOptions, tables.get("train", {}), "train")
-    model = steps.load_head(head)
+    model = load_head(head)
     with options.progress() as progress:
         training.collect(run, model, skins, photos, dense, chosen, progress)
     tensors = []

@@ -5,7 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery.bake import steps
+from bakery.bake.fitting import fit_portrait, own_head
+from bakery.bake.mask import draw_masks
+from bakery.bake.textures import paint
 from bakery.evaluate.avatar import CROP, compare, mean_score, plain_warp
 from bakery.evaluate.fitting import landmarks_of
 from bakery.evaluate.metrics import face_crop, hull_mask, psnr, warp_pixels
@@ -43,10 +45,10 @@ def bake(path, points, head, generator, options):
     """An avatar in memory: Avatar, Photo."""
     photo = read_photo(path)
     landmarks = landmarks_of(points)
-    fit, segmentation = steps.place_head(path, photo, landmarks, head, options)
-    textures = steps.paint(photo, landmarks, fit, segmentation, head, generator, options)
-    own, neutral = steps.own_head(head, fit)
-    return Avatar(own, neutral, fit, textures, steps.draw_masks(head, options)), photo
+    fit, segmentation = fit_portrait(path, photo, landmarks, head, options)
+    textures = paint(photo, landmarks, fit, segmentation, head, generator, options)
+    own, neutral = own_head(head, fit)
+    return Avatar(own, neutral, fit, textures, draw_masks(head, options)), photo
 
 
 def measure(pair, head, generator, options, pictures=None):
@@ -69,9 +71,7 @@ def measure(pair, head, generator, options, pictures=None):
     back = psnr(own, photo.encoded, inside)
 
     smiling = read_photo(pair.smiling)
-    other, _ = steps.place_head(
-        pair.smiling, smiling, landmarks_of(pair.smiling_points), head, options
-    )
+    other, _ = fit_portrait(pair.smiling, smiling, landmarks_of(pair.smiling_points), head, options)
     scene = frames.Scene(other.expression, other.gaze, other, "front", None, True)
     made, face = frames.render(avatar, scene)
     if pictures is not None:

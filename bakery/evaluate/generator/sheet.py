@@ -3,7 +3,8 @@
 import cv2
 import numpy as np
 
-from bakery.bake import steps
+from bakery.bake.options import BuildOptions
+from bakery.bake.plugins import plug_in
 from bakery.formats.targets import presets_folder, read_keys
 from bakery.geometry import camera as cameras
 from bakery.landmarks import EYES, LIPS_OUTER
@@ -28,7 +29,7 @@ def rows_of(photo, head, generator, yaw=0.0):
     Raises:
         BakeryError: the photo cannot be used.
     """
-    sitter = portrayal.sit(photo, head, steps.BuildOptions())
+    sitter = portrayal.sit(photo, head, BuildOptions())
     _, keys = read_keys(presets_folder() / "expressions" / "keys.toml")
     rest = np.zeros_like(keys[0])
     columns = [_column(sitter, _bytes(sitter.neutral.picture), rest, 0.0)]
@@ -66,7 +67,7 @@ def _bytes(picture):
 
 def sheet(photos, head, generator_name, yaw=0.0):
     """`rows_of` of several people, two side by side: [h, w, 3] uint8 sRGB."""
-    generator = steps.plug_in("generators", generator_name)
+    generator = plug_in("generators", generator_name)
     people = [rows_of(photo, head, generator, yaw) for photo in photos]
     if len(people) % 2 and len(people) > 1:
         people.append(np.full_like(people[0], 127))

@@ -9,9 +9,6 @@ from bakery.geometry import camera as cameras
 from bakery.geometry.fill import diffuse
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import look
-from bakery.parallel import side_by_side
-from bakery.stages.condition import condition
-from bakery.stages.texture.proxies import eye_caps
 from bakery.types import EXPRESSIONS
 
 SCALE = 2.0  # pixels of the eye strip per pixel of the generator's 512 picture
@@ -32,16 +29,34 @@ def strip_camera(subject, camera):
     return cameras.crop(camera, *corner, width, height, SCALE)
 
 
-def gaze_texture(subject, generator, camera, caps, gaze):
-    """Both caps for one gaze: [h, 2 w, 3] float32 linear.
+def with_own_gaze(directions, gaze):
+    """The directions [n, 2] with the nearest one moved to the photo's own gaze [2].
+
+    So one texture shows the eyes just as they were photographed.
+    """
+    out = np.array(directions, float)
+    out[((out - gaze) ** 2).sum(1).argmin()] = gaze
+    return out
+
+
+def gaze_expression(gaze):
+    """The expression [E] that a gaze [2] degrees is painted with: lids follow the eyes."""
+    return look(np.zeros(len(EXPRESSIONS), np.float32), gaze)
+
+
+def gaze_texture(picture, subject, caps):
+    """Both caps for one gaze: [h, 2 w, 3] float16 linear.
 
     The generator's picture is used where resting lids leave the eye open, so that it holds their
     shade (lids opened wider: 1.5 dB less in the eyes); behind the lids the turned eyeball continues
     it, in the light that the open part shows.
+
+    Args:
+        picture: (Conditions, Generated) of the eye strip.
+        caps: see `texture.proxies.eye_caps`.
     """
-    expression = look(np.zeros(len(EXPRESSIONS), np.float32), gaze)
-    seen = condition(subject.head, subject.neutral, subject.texture, expression, gaze, camera)
-    picture = generator.generate(subject, seen).image
+    seen, made = picture
+    camera, gaze = seen.camera, seen.gaze
     sides = []
     for which, (cap, name) in enumerate(zip(caps, EYES)):
         points = cap.at(subject.neutral)
@@ -53,19 +68,10 @@ def gaze_texture(subject, generator, camera, caps, gaze):
         # Pixels on the rim show the lid in part; on the cap they would be a thin dark line.
         shown = cv2.erode(is_part(seen.part, name).astype(np.float32), RIM)
         weight = cap.paint(np.clip(bilinear(shown, pixels) * 2 - 1, 0, 1))
-        sampled = cap.paint(bilinear(picture, pixels) - glint)
+        sampled = cap.paint(bilinear(made.image, pixels) - glint)
         light = np.log(np.maximum(sampled, 1e-3) / np.maximum(behind, 1e-3)).mean(-1, keepdims=True)
         light = diffuse(np.clip(light, -1.5, 0.7), weight)
         hidden = behind * np.exp(np.clip(light, -1.0, 0.2))
         mixed = sampled * weight[..., None] + hidden * (1 - weight[..., None]) + cap.paint(glint)
         sides.append(np.where(cap.inside[..., None] > 0, mixed, mixed[cap.inside > 0].mean(0)))
-    return np.concatenate(sides, axis=1)
-
-
-def gaze_textures(subject, generator, camera, directions, size):
-    """Iterate over the textures of directions; arguments as in `gaze_texture`, size of the atlas."""
-    caps = eye_caps(subject.head, size)
-    strip = strip_camera(subject, camera)
-    return side_by_side(
-        lambda gaze: gaze_texture(subject, generator, strip, caps, gaze), directions
-    )
+    return np.concatenate(sides, axis=1).astype(np.float16)

@@ -12,9 +12,7 @@ from bakery.geometry import camera as cameras
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import weights
-from bakery.parallel import side_by_side
-from bakery.stages.condition import SIZE, condition
-from bakery.stages.texture.proxies import make_carrier
+from bakery.stages.condition import SIZE
 from bakery.types import EXPRESSIONS
 
 SCALE = 1.25  # pixels of the mouth crop per pixel of the generator's 512 picture
@@ -65,37 +63,31 @@ def crop_camera(subject, camera):
     return cameras.crop(camera, *corner, *[round(side * SCALE)] * 2, SCALE)
 
 
-def mouth_texture(subject, generator, camera, sheet, expression):
-    """The mouth sheet in one pose.
+def mouth_texture(picture, subject, sheet, closed):
+    """The mouth sheet in one pose, and where its lips stand.
+
+    Args:
+        picture: (Conditions, Generated) of the mouth crop.
+        subject: what `cut` made.
+        sheet: the sheet as `texture.proxies.make_carrier` unwraps it.
+        closed: [h, w, 3] what a mouth shows whose lips hide all of the sheet.
 
     Returns:
-        [h, w, 3] float32 linear, None if the lips hide all of it; and the lip landmarks [40, 2].
+        [h, w, 3] float16 linear, and the lip landmarks [40, 2] float32.
     """
-    seen = condition(subject.head, subject.neutral, subject.texture, expression, (0.0, 0.0), camera)
-    picture = generator.generate(subject, seen, interior_only=True).image
-    pixels = cameras.project(sheet.at(seen.vertices), camera)
+    seen, made = picture
+    pixels = cameras.project(sheet.at(seen.vertices), seen.camera)
     shown = cv2.GaussianBlur(is_part(seen.part, *MOUTH).astype(np.float32), (0, 0), 1.0)
     weight = sheet.paint(smoothstep(0.55, 0.95, bilinear(shown, pixels)).astype(np.float32))
-    color = sheet.paint(bilinear(picture, pixels))
+    color = sheet.paint(bilinear(made.image, pixels))
+    texture = np.maximum(diffuse(color, weight), 0) if weight.max() > 0 else closed
     landmarks = mouth_landmarks(subject.head, subject.neutral, seen.vertices)
-    return (np.maximum(diffuse(color, weight), 0) if weight.max() > 0 else None), landmarks
+    return texture.astype(np.float16), landmarks
 
 
-def mouth_textures(subject, generator, camera, poses, size):
-    """Iterate over texture and lip landmarks of the poses [M, E].
-
-    A closed mouth shows its dark lining.
-    """
-    small = cut(subject)
-    sheet = make_carrier(small.head, "mouth_sheet", size)
-    crop = crop_camera(subject, camera)
-    closed = np.full(sheet.shape + (3,), _lining(subject), np.float32)
-
-    def paint(expression):
-        picture, landmarks = mouth_texture(small, generator, crop, sheet, expression)
-        return (closed if picture is None else picture), landmarks
-
-    return side_by_side(paint, poses)
+def closed_mouth(subject, sheet):
+    """What a closed mouth shows: its dark lining, [h, w, 3] float32 linear."""
+    return np.full(sheet.shape + (3,), _lining(subject), np.float32)
 
 
 def _lining(subject):

@@ -1,0 +1,36 @@
+"""`bakery bundle`: what the other steps made, as one bundle."""
+
+from pathlib import Path
+
+import click
+
+from bakery.cli import options
+
+file = click.Path(path_type=Path)
+
+
+@click.command(cls=options.Command)
+@options.photo
+@options.fitted
+@click.option("--textures", required=True, type=file, help="From `texture`.")
+@click.option("--masks", required=True, type=file, help="From `mask`.")
+@click.option("-o", "--output", required=True, type=file, help="The bundle's folder.")
+@options.baking
+@click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
+@click.option("--keep-photo", is_flag=True, help="Keep the portrait in the bundle.")
+def bundle(photo, fitted, textures, masks, output, preset, settings, resolution, **request):
+    """Pack what was made of PHOTO into a bundle.
+
+    \b
+    bakery bundle portrait.jpg --landmarks points.json --fit fit.json \\
+        --textures textures.npz --masks masks.npz -o portrait.avatar
+
+    Who painted the textures stands in their file; --generator changes nothing here.
+    """
+    from bakery.bake import pipeline
+    from bakery.heads.file import load_head
+
+    chosen = options.build_options(preset, settings, resolution)
+    asked = pipeline.Request(photo, output, chosen, **request)
+    head = load_head(asked.head)
+    pipeline.bundle_files(asked, head, fitted, textures, masks)
