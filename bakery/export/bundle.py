@@ -103,8 +103,8 @@ def check_manifest(folder):
     if trouble := schema.seal_problem(data, manifest):
         return manifest, [f"{path}: {trouble}"], []
     problems, notes = schema.findings(path, manifest)
-    problems += [f"{path}: {finding}" for finding in hostile.table_problems(manifest)]
-    return manifest, problems, notes
+    unsafe = [f"{path}: {finding}" for finding in hostile.table_problems(manifest)]
+    return manifest, unsafe + problems, notes
 
 
 def read_manifest(folder):
