@@ -10,9 +10,9 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "bakery"
 LAYERS = [
-    {"errors", "parallel", "paths"}, {"check"}, {"types", "landmarks"}, {"geometry"},
-    {"formats", "preset"}, {"heads", "detectors", "generators"}, {"stages"}, {"synth"},
-    {"runtime"}, {"export"}, {"bake"}, {"show"}, {"motion"}, {"train"}, {"evaluate"}, {"cli"},
+    {"errors", "parallel", "paths"}, {"check", "settings"}, {"types", "landmarks"}, {"geometry"},
+    {"formats", "preset"}, {"heads", "detectors", "generators"}, {"stages"}, {"hair"}, {"synth"},
+    {"runtime"}, {"export"}, {"bake"}, {"testing", "show"}, {"motion"}, {"train"}, {"evaluate"}, {"cli"},
     {"__main__"},
 ]  # fmt: skip
 RANK = {part: rank for rank, parts in enumerate(LAYERS) for part in parts}

@@ -2,27 +2,27 @@
 
 from dataclasses import dataclass, field
 
-from bakery.errors import InputError
 from bakery.export.web import WebOptions
+from bakery.settings import Settings, setting
 from bakery.stages.assess import Limits
 from bakery.stages.fit import FitOptions
 from bakery.stages.segment import SegmentOptions
 from bakery.stages.texture import TextureOptions
 
-RESOLUTIONS = (512, 4096)  # texels, least and most
-
 
 @dataclass(frozen=True)
-class BundleOptions:
+class BundleOptions(Settings):
     """What goes into the bundle."""
 
-    masks: int = 512  # texels on a side of the activation masks
-    web: WebOptions = field(default_factory=WebOptions)  # the copy for browsers
-    glb: int = 1024  # texels on a side of the texture inside head.glb, at most
+    masks: int = setting(512, "side of the activation masks, at most", 16, 4096, unit="texels")
+    glb: int = setting(
+        1024, "side of the texture inside head.glb, at most", 64, 4096, unit="texels"
+    )
+    web: WebOptions = field(default_factory=WebOptions)
 
 
 @dataclass(frozen=True)
-class BuildOptions:
+class BuildOptions(Settings):
     """What `bakery build` is told; one field a table of the preset."""
 
     segment: SegmentOptions = field(default_factory=SegmentOptions)
@@ -30,12 +30,3 @@ class BuildOptions:
     texture: TextureOptions = field(default_factory=TextureOptions)
     bundle: BundleOptions = field(default_factory=BundleOptions)
     limits: Limits = field(default_factory=Limits)
-
-    def __post_init__(self) -> None:
-        low, high = RESOLUTIONS
-        if not low <= self.texture.resolution <= high:
-            raise InputError(
-                f"resolution {self.texture.resolution}; it must lie between {low} and {high} texels"
-            )
-        if not 16 <= self.bundle.masks <= high:
-            raise InputError(f"bundle.masks {self.bundle.masks}; give 16 to {high} texels")

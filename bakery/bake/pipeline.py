@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from bakery.bake.bundle import write_bundle
+from bakery.bake.estimate import estimate
 from bakery.bake.faces import landmarks_file, one_face
 from bakery.bake.fitting import check_head, examine, fit_portrait, made_from, segment_portrait
 from bakery.bake.kept import Kept
@@ -44,6 +45,7 @@ class Request:
     options: BuildOptions = field(default_factory=BuildOptions)
     head: str = "makehuman"
     generator: str = "pagan"
+    hair: str = "layer"
     detector: str = "network"
     landmarks: Path | None = None
     face: int | None = None
@@ -83,7 +85,7 @@ def build(request: Request, progress: Progress | None = None) -> list[Finding]:
     generator, head = plug_in("generators", request.generator), load_head(request.head)
     with work_folder(request.output, request.work) as work:
         seen = find_portrait(request, head, work, show)
-        made_by = _maker("generators", request.generator)
+        made_by = _maker("generators", request.generator), _maker("hair", request.hair)
         kept = Kept(work, key_of(seen.key, made_by, asdict(options.texture)))
         textures = paint(
             seen.photo,
@@ -92,6 +94,7 @@ def build(request: Request, progress: Progress | None = None) -> list[Finding]:
             seen.segmentation,
             head,
             generator,
+            plug_in("hair", request.hair),
             options,
             kept,
             show,
@@ -165,10 +168,8 @@ def read_portrait(request: Request, fitted: Path, head: HeadModel) -> Portrait:
     check_head(fitted, fit, head)
     given = landmarks_file(request.landmarks, request.photo)
     photo, landmarks = one_face(request.photo, request.frame, given, request.face, request.detector)
-    # As `build` has them: what a file holds of landmarks is rounded.
+    landmarks = record.rounded_face(photo, landmarks)  # as `build` has them
     height, width = photo.encoded.shape[:2]
-    table = record.faces_to_table(width, height, [landmarks])
-    landmarks = record.faces_from_table("landmarks", table)[1][0]
     if (fit.camera.width, fit.camera.height) != (width, height):
         raise InputError(
             f"{fitted}: a fit of a photo of {fit.camera.width}x{fit.camera.height}, "
@@ -235,6 +236,7 @@ def recipe(request: Request) -> str:
         digest_file(given) if given else _maker("detectors", request.detector),
         load_head(request.head).digest,
         _maker("generators", request.generator),
+        _maker("hair", request.hair),
         asdict(request.options),
         request.keep_photo,
     )
@@ -264,7 +266,7 @@ def describe(request: Request) -> str:
         BakeryError: what `build` would refuse.
     """
     check_place(request.output, request.overwrite)
-    plug_in("generators", request.generator)
+    plug_in("generators", request.generator), plug_in("hair", request.hair)
     head = load_head(request.head)
     seen = find_portrait(request, head, None, lambda step, done, total: None)
     height, width = seen.photo.encoded.shape[:2]
@@ -278,5 +280,6 @@ def describe(request: Request) -> str:
             f"generator   {request.generator}",
             f"bundle      {request.output} ({options.texture.resolution} texels, "
             f"{options.texture.mouths} mouths)",
+            f"takes       {estimate(options)}",
         ]
     )

@@ -4,7 +4,7 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
-from bakery.errors import InputError
+from bakery.errors import no_such
 from bakery.types import Maker
 
 
@@ -18,11 +18,11 @@ def plug_in(group: str, name: str) -> Any:
     """A plug-in, made.
 
     Raises:
-        InputError: there is none of this name.
+        UsageProblem: there is none of this name.
     """
     found = known(group)
     if name not in found:
-        raise InputError(f"no {group[:-1]} '{name}'; known: {', '.join(sorted(found))}")
+        raise no_such(f"no {group.removesuffix('s')}", name, sorted(found))
     return found[name].load()()
 
 

@@ -15,6 +15,7 @@ from bakery.generators.base import Generator, Subject
 from bakery.generators.eyes import EyeMaps
 from bakery.generators.lids import LidSkin
 from bakery.geometry import rotation
+from bakery.hair.base import Hair
 from bakery.heads.base import HeadModel
 from bakery.parallel import ahead
 from bakery.stages.condition import condition, face_camera
@@ -106,6 +107,7 @@ def paint(
     segmentation: Segmentation,
     head: HeadModel,
     generator: Generator,
+    hair: Hair,
     options: BuildOptions,
     kept: Kept | None = None,
     progress: Callable[[str, int, int], None] | None = None,
@@ -116,6 +118,7 @@ def paint(
     Args:
         head: the head model that was fitted.
         generator: what paints.
+        hair: what makes the hair.
         kept: where finished parts are kept.
         progress: called with (step, done, total).
         wanted: the expressions, gazes and mouths; None takes those of presets/expressions.
@@ -156,6 +159,7 @@ def paint(
                 head,
                 cover_of(photo.encoded, segmentation, landmarks.points),
                 options.texture.resolution,
+                hair.layer,
             )
         ),
     )

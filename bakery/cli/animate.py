@@ -16,7 +16,7 @@ neutral = click.option(
 )  # fmt: skip
 
 
-@click.command(cls=options.Command)
+@click.command(cls=options.Command, resumes=True)
 @click.argument("bundle", type=click.Path(path_type=Path))
 @click.option(
     "--curves", required=True, type=click.Path(path_type=Path), help="Live Link Face CSV."
@@ -54,6 +54,7 @@ def animate(
     from bakery.formats.video import kind_of
 
     options.may_write(output, overwrite)
+    options.may_go_on(work, marks=("lock", "*.key"))
     kind_of(output)
     from bakery.motion import files as movies
     from bakery.motion.animate import Show, parse_frames
@@ -64,7 +65,7 @@ def animate(
         view=scenes.parse(view=view)["view"], size=size, rate=fps, first=first, last=last,
         dynamic=textures == "dynamic", hair=hair,
     )  # fmt: skip
-    with options.progress() as progress:
+    with options.progress(output.name) as progress:
         take, made = movies.animate(
             bundle, curves, output, show, gain, neutral, sound, progress, work
         )
@@ -94,3 +95,4 @@ def retarget(curves, output, gain, neutral, overwrite):
     options.write(output, movies.format_take(take))
     for note in take.notes:
         options.say(f"{curves}: {note}")
+    options.wrote(output)

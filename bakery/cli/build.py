@@ -11,7 +11,7 @@ from bakery.errors import InputError
 OTHERS = (".glb", ".gltf", ".json", ".zip", ".exr", ".npz", ".png", ".jpg", ".jpeg", ".mp4")
 
 
-@click.command(cls=options.Command)
+@click.command(cls=options.Command, resumes=True)
 @options.photos
 @click.option(
     "-o", "--output", metavar="PATH",
@@ -21,7 +21,7 @@ OTHERS = (".glb", ".gltf", ".json", ".zip", ".exr", ".npz", ".png", ".jpg", ".jp
 @options.baking
 @click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
 @click.option("--keep-photo", is_flag=True, help="Keep the portrait in the bundle.")
-@click.option("--work", type=click.Path(path_type=Path), help="Keep finished steps in this folder.")
+@click.option("--work", type=options.PATH, help="Keep finished steps in this folder.")
 @click.option(
     "-j", "--jobs", type=click.IntRange(1, 64), default=1, show_default=True,
     help="Bakes at once; each needs its own memory.",
@@ -62,28 +62,42 @@ def build(photos, output, preset, settings, resolution, jobs, as_json, dry_run, 
     chosen = options.build_options(preset, settings, resolution)
     common = pipeline.Request(*places[0], options=chosen, **request)
     asked = batch.requests_of(places, common)
+    if not several:
+        options.may_bake(asked[0].output, asked[0].overwrite)
+    options.may_go_on(request["work"], marks=("lock", "*.key"))
     if dry_run:
         for one in asked:
             click.echo(pipeline.describe(one))
         return
     if several:
-        _all(asked, jobs, as_json)
+        _all(asked, jobs, as_json, options.bake_plan(chosen) if jobs == 1 else None)
         return
-    with options.progress() as progress:
+    with options.progress(asked[0].output.name, options.bake_plan(chosen)) as progress:
         outcome = batch.baked(asked[0], progress)
     if as_json:
         click.echo(batch.as_json(outcome))
     options.say(f"{asked[0].output}: look at {asked[0].output / 'preview.png'}")
 
 
-def _all(asked, jobs, as_json):
-    """Bake several photos, a line each; then how many of each kind."""
+def _all(asked, jobs, as_json, plan):
+    """Bake several photos, a line each; then how many of each kind.
+
+    Args:
+        plan: of one bake for `options.progress`; None where several run at once.
+    """
     from bakery.bake import batch
 
     made = []
-    with options.progress() as progress:
-        for outcome in batch.bake_all(asked, jobs, lambda one: progress):
+    with options.progress("", plan) as progress:
+
+        def begin(one):
+            progress.begin(one.output.name, len(made), len(asked))
+            return progress
+
+        for outcome in batch.bake_all(asked, jobs, begin):
             made.append(outcome)
+            if plan is None:
+                progress("bakes", len(made), len(asked))
             if as_json:
                 click.echo(batch.as_json(outcome))
             options.say(f"[{len(made)}/{len(asked)}] {outcome.line()}")

@@ -1,20 +1,16 @@
 """`bakery bundle`: what the other steps made, as one bundle."""
 
-from pathlib import Path
-
 import click
 
 from bakery.cli import options
-
-file = click.Path(path_type=Path)
 
 
 @click.command(cls=options.Command)
 @options.photo
 @options.fitted
-@click.option("--textures", required=True, type=file, help="From `texture`.")
-@click.option("--masks", required=True, type=file, help="From `mask`.")
-@click.option("-o", "--output", required=True, type=file, help="The bundle's folder.")
+@click.option("--textures", required=True, type=options.PATH, help="From `texture`.")
+@click.option("--masks", required=True, type=options.PATH, help="From `mask`.")
+@click.option("-o", "--output", required=True, type=options.PATH, help="The bundle's folder.")
 @options.baking
 @click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
 @click.option("--keep-photo", is_flag=True, help="Keep the portrait in the bundle.")
@@ -27,6 +23,7 @@ def bundle(photo, fitted, textures, masks, output, preset, settings, resolution,
 
     Who painted the textures stands in their file; --generator changes nothing here.
     """
+    options.may_bake(output, request["overwrite"])
     from bakery.bake import pipeline
     from bakery.heads.file import load_head
 
@@ -34,3 +31,4 @@ def bundle(photo, fitted, textures, masks, output, preset, settings, resolution,
     asked = pipeline.Request(photo, output, chosen, **request)
     head = load_head(asked.head)
     pipeline.bundle_files(asked, head, fitted, textures, masks)
+    options.wrote(output)

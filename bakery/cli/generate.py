@@ -16,7 +16,7 @@ path = click.Path(path_type=Path)
     "--fit", "fitted", type=path,
     help="Expression, gaze and camera from what `bakery fit` wrote of another photo.",
 )  # fmt: skip
-@click.option("--weights", default="", help="Expression: jawOpen=0.6,mouthSmileLeft=0.8")
+@options.weights
 @click.option("--yaw", type=click.FloatRange(-60, 60), help="Degrees to the subject's left.")
 @click.option("--pitch", type=click.FloatRange(-60, 60), help="Degrees up.")
 @click.option("--gaze", help="YAW,PITCH in degrees, to the subject's left and up.")
@@ -24,7 +24,7 @@ path = click.Path(path_type=Path)
 @click.option("--curves", type=path, help="Live Link Face CSV: paint a video of it.")
 @click.option("--frames", metavar="FIRST:LAST", help="Only these frames of the take, from 0.")
 @click.option("--mask", type=path, help="PNG of the pixels of the face.")
-@click.option("--generator", default="pagan", show_default=True, help="What paints.")
+@options.generator
 @options.preset
 @options.settings
 @options.head
@@ -57,11 +57,14 @@ def generate(
     from bakery.bake.plugins import plug_in
     from bakery.formats.image import write_image
     from bakery.formats.livelink import read_take
+    from bakery.formats.video import kind_of
     from bakery.motion.animate import parse_frames
     from bakery.show import synthesis as portrayal
 
-    for place in (output, mask):
-        options.may_write(place, overwrite)
+    if curves is not None:
+        kind_of(output)
+    options.may_write(output, overwrite, endings=() if curves else options.PICTURES)
+    options.may_write(mask, overwrite, endings=options.PICTURES)
     chosen = options.build_options(preset, settings)
     asked = [wanted.pop(name) for name in ("weights", "fitted", "gaze", "yaw", "pitch")]
     if curves is None:
@@ -73,11 +76,13 @@ def generate(
         take, view = read_take(curves), (asked[3] or 0.0, asked[4] or 0.0)
         chosen_frames = slice(*parse_frames(frames))
         sitter = portrayal.sit(photo, head, chosen, **wanted)
-        with options.progress() as progress:
+        with options.progress(output.name) as progress:
             portrayal.film(sitter, take, painter, output, view, chosen_frames, progress)
+        options.wrote(output)
         return
     sitter = portrayal.sit(photo, head, chosen, **wanted)
     picture, face = portrayal.paint(sitter, target, painter, hair)
     write_image(output, picture)
     if mask is not None:
         write_image(mask, face)
+    options.wrote(output, mask)

@@ -10,12 +10,14 @@ import sys
 import click
 
 from bakery import __version__
-from bakery.errors import BakeryError
+from bakery.cli.group import Group, Interrupted
+from bakery.errors import BakeryError, UsageProblem
 
 COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of the bake
     "build": ("build", "Bake a portrait into an avatar bundle."),
-    "detect": ("stages", "Find faces and their 478 landmarks."),
-    "fit": ("stages", "Fit the head model to photos."),
+    "detect": ("detect", "Find faces and their 478 landmarks."),
+    "segment": ("segment", "Label the pixels of photos: skin, hair, clothes ..."),
+    "fit": ("fit", "Fit the head model to photos."),
     "texture": ("texture", "Paint the textures of one fit."),
     "mask": ("texture", "Draw the activation masks of a head model."),
     "bundle": ("bundle", "Pack fit, textures and masks into a bundle."),
@@ -28,6 +30,8 @@ COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of th
     "track": ("track", "Follow the face in a clip; write a take."),
     "animate": ("animate", "Play a take into a video."),
     "retarget": ("animate", "Change a take: rest, strength."),
+    "shapes": ("shapes", "List the shapes and named expressions."),
+    "presets": ("presets", "List presets and all settings."),
     "heads": ("heads", "List, show and import head models."),
     "doctor": ("doctor", "Check this installation."),
     "synth": ("synth", "Paint synthetic portraits."),
@@ -37,11 +41,11 @@ COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of th
 
 DISK = (  # what a disk, or a person's choice of a path, may answer anywhere
     errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.ENAMETOOLONG,
-    errno.ENOTDIR, errno.EISDIR, errno.EIO,
+    errno.ENOTDIR, errno.EISDIR, errno.EIO, errno.ELOOP,
 )  # fmt: skip
 
 
-class LazyGroup(click.Group):
+class LazyGroup(Group):
     """A group whose commands are imported when they are called."""
 
     def list_commands(self, context):
@@ -52,6 +56,15 @@ class LazyGroup(click.Group):
             return None
         module = importlib.import_module(f"bakery.cli.{COMMANDS[name][0]}")
         return getattr(module, name)
+
+    def shell_complete(self, context, incomplete):
+        from click.shell_completion import CompletionItem
+
+        return [
+            CompletionItem(name, help=about)
+            for name, (_, about) in COMMANDS.items()
+            if name.startswith(incomplete)
+        ] + click.Command.shell_complete(self, context, incomplete)
 
     def format_commands(self, context, formatter):
         with formatter.section("Commands"):
@@ -73,17 +86,18 @@ def bakery(context, verbose, quiet):
 
 
 def main(arguments=None):
-    """Run the command line; errors of the user end in one line and exit code 1 or 2."""
+    """Run the command line; errors of the user end in one line and exit code 1, or 2 for usage."""
     try:
         code = bakery.main(arguments, prog_name="bakery", standalone_mode=False)
     except click.UsageError as error:
         error.show()
         code = 2
+    except UsageProblem as error:
+        code = _one_line(str(error), 2)
     except (BakeryError, click.ClickException) as error:
         code = _one_line(str(error) if isinstance(error, BakeryError) else error.format_message())
-    except (click.Abort, KeyboardInterrupt):
-        _one_line("interrupted; the next run goes on from the finished steps")
-        code = 130
+    except (Interrupted, click.Abort, KeyboardInterrupt) as error:
+        code = _one_line(str(error) or "interrupted", 130)
     except MemoryError:
         code = _one_line("not enough memory; close other programs or lower --resolution")
     except BrokenPipeError:
@@ -99,8 +113,8 @@ def main(arguments=None):
     sys.exit(code if isinstance(code, int) else 0)
 
 
-def _one_line(message):
+def _one_line(message, code=1):
     """Print an error; a line break inside a file name must not make two lines of it."""
     text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message)
     click.echo(f"bakery: {text}", err=True)
-    return 1
+    return code

@@ -5,7 +5,6 @@ from pathlib import Path
 import click
 
 from bakery.cli import options
-from bakery.errors import InputError
 
 
 @click.command(cls=options.Command)
@@ -17,18 +16,19 @@ from bakery.errors import InputError
 )  # fmt: skip
 @click.option("--serve", is_flag=True, help="Show it on this machine and reload after a new bake.")
 @click.option("--port", type=click.IntRange(0, 65535), default=8480, show_default=True)
-def preview(bundle, output, module, serve, port):
+@options.overwrite
+def preview(bundle, output, module, serve, port, overwrite):
     """Write a page that plays BUNDLE in a browser, from disk and without a network.
 
     \b
     bakery preview portrait.avatar -o portrait.html
     bakery preview portrait.avatar --serve
     bakery preview portrait.avatar --module site
-
-    An older page is replaced without asking, for it is made again from the bundle.
     """
     if [output is not None, module is not None, serve].count(True) != 1:
         raise click.UsageError("give one of -o FILE.html, --module FOLDER and --serve")
+    options.may_write(output, overwrite)
+    options.may_fill(module, overwrite)
     from bakery.formats.files import write_bytes
     from bakery.show.page import page, site
     from bakery.show.serve import make_server
@@ -38,8 +38,6 @@ def preview(bundle, output, module, serve, port):
         options.say(f"{output}: open it in a browser")
         return
     if module:
-        if module.exists() and (not module.is_dir() or any(module.iterdir())):
-            raise InputError(f"{module}: is already there; give the name of a new folder")
         for name, data in site(bundle, derive=_derived).items():
             write_bytes(module / name, data)
         options.say(

@@ -1,12 +1,10 @@
 """`bakery texture` and `bakery mask`: the pictures of a bundle, from a fit and from a head model."""
 
-from pathlib import Path
-
 import click
 
 from bakery.cli import options
 
-output = click.option("-o", "--output", required=True, type=click.Path(path_type=Path))
+output = click.option("-o", "--output", required=True, type=options.PATH)
 
 
 @click.command(cls=options.Command)
@@ -31,12 +29,13 @@ def texture(photo, fitted, output, overwrite, preset, settings, resolution, **re
     generator, head = plug_in("generators", request["generator"]), load_head(request["head"])
     asked = pipeline.Request(photo, output, chosen, **request)
     seen = pipeline.read_portrait(asked, fitted, head)
-    with options.progress() as progress:
+    with options.progress(output.name, options.bake_plan(chosen)) as progress:
         painted = paint(
-            seen.photo, seen.landmarks, seen.fit, seen.segmentation, head, generator, chosen,
-            progress=progress,
+            seen.photo, seen.landmarks, seen.fit, seen.segmentation, head, generator,
+            plug_in("hair", asked.hair), chosen, progress=progress,
         )  # fmt: skip
     record.write_arrays(output, record.textures_to_arrays(painted))
+    options.wrote(output)
 
 
 @click.command(cls=options.Command)
@@ -55,3 +54,4 @@ def mask(output, overwrite, preset, settings, resolution, head, **others):
 
     model, chosen = load_head(head), options.build_options(preset, settings, resolution)
     record.write_arrays(output, {"masks": draw_masks(model, chosen), "head": model.digest})
+    options.wrote(output)

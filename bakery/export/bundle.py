@@ -214,13 +214,20 @@ def _parts(folder, manifest, path):
 
 
 def summary(folder, manifest):
-    """What a person wants to know of a bundle, as a table."""
+    """What a person wants to know of a bundle, as a table.
+
+    Raises:
+        BundleError, InputError: face.exr is missing, no plain file, or changed.
+    """
     roles = {}
     for entry in manifest["files"]:
         roles[entry["role"]] = roles.get(entry["role"], 0) + entry["bytes"]
     status = {}
     for channel in manifest["channels"].values():
         status[channel["status"]] = status.get(channel["status"], 0) + 1
+    read_file(
+        folder, manifest, "face.exr"
+    )  # it is there, a plain file, and the one that was written
     resolution = exr.read_header(Path(folder) / "face.exr")[0].width
     return {
         "bundle": Path(folder).name,

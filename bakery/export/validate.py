@@ -2,6 +2,7 @@
 
 import os
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 from bakery.errors import BakeryError
@@ -17,6 +18,7 @@ from bakery.heads.file import load_head
 from bakery.types import EXPRESSIONS
 
 MOST = 50  # findings that are listed
+LEFT_BEHIND = (".DS_Store", "._*", "Thumbs.db", "desktop.ini")  # by file managers that looked in
 NEEDED = (
     "head.glb",
     RIG,
@@ -107,7 +109,9 @@ def _file_problems(folder, manifest):
             relative = path.relative_to(folder).as_posix()
             if path.is_symlink():
                 found.append(f"{relative!r}: a link; bundles hold plain files only")
-            elif name in files and relative not in listed and relative != MANIFEST:
+            elif name in folders or any(fnmatchcase(name, left) for left in LEFT_BEHIND):
+                continue
+            elif relative not in listed and relative != MANIFEST:
                 found.append(f"{relative!r}: not in the list of files")
     return found, good
 

@@ -11,6 +11,7 @@ import contextlib
 import ctypes
 import errno
 import hashlib
+import json
 import logging
 import os
 import shutil
@@ -27,6 +28,7 @@ from bakery.formats.files import DiskError, disk_error, sync_folder, sync_path
 
 log = logging.getLogger(__name__)
 MANIFEST = "avatar.json"
+LITTER = (".DS_Store", "Thumbs.db", "desktop.ini")  # that systems leave in any folder
 EXCHANGE = 2  # RENAME_EXCHANGE of renameat2(2)
 LOCK, OLD = "lock", "old"  # in hidden folders
 WORK = "work"  # how the hidden folder of a bake's finished steps ends
@@ -37,8 +39,8 @@ def check_place(target, overwrite):
     """Refuse a place that must not be written to, after clearing away what killed runs left there.
 
     Raises:
-        InputError: something is there and `overwrite` is false, it is no bundle, or nothing can be
-            written there.
+        InputError: something is there and `overwrite` is false, it is no bundle, it holds files that
+            are none of the bundle's, or nothing can be written there.
     """
     target = Path(target)
     if not target.name or target.name in (".", ".."):
@@ -56,6 +58,7 @@ def check_place(target, overwrite):
     if (target / MANIFEST).is_file():
         if not overwrite:
             raise InputError(f"{target}: is already there; --overwrite replaces it")
+        _refuse_foreign(target)
     elif any(target.iterdir()):
         raise InputError(f"{target}: a folder of other files; give another name")
 
@@ -67,6 +70,21 @@ def _check_parent(target):
         raise DiskError(
             f"{target}: cannot be written ({near} is no folder that you may write to); write elsewhere"
         )
+
+
+def _refuse_foreign(bundle):
+    """A bundle is replaced as a whole: a file that somebody put into it would be lost."""
+    try:
+        manifest = json.loads((bundle / MANIFEST).read_bytes())
+        own = {MANIFEST, *(entry["path"] for entry in manifest["files"])}
+    except (OSError, ValueError, KeyError, TypeError):
+        raise InputError(
+            f"{bundle / MANIFEST}: does not say which files are the bundle's; move the folder away"
+        ) from None
+    for path in sorted(bundle.rglob("*")):
+        name = path.relative_to(bundle).as_posix()
+        if name not in own and path.name not in LITTER and (path.is_symlink() or not path.is_dir()):
+            raise InputError(f"{path}: is none of the bundle's files; move it away")
 
 
 @contextlib.contextmanager

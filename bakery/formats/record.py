@@ -113,6 +113,12 @@ def _maker(table):
     return Maker(**known)
 
 
+def rounded_face(photo, face):
+    """Landmarks as a file of them reads back: what follows is the same with and without the file."""
+    height, width = photo.encoded.shape[:2]
+    return faces_from_table("landmarks", faces_to_table(width, height, [face]))[1][0]
+
+
 def _check_face(face, size):
     """Raise ValueError for points or a box that lie nowhere near the picture or span nothing."""
     places = np.concatenate([face.points, face.box[None, :2], face.box[None, 2:]])

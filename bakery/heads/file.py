@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery.errors import InputError, ModelError
+from bakery.errors import InputError, ModelError, no_such
 from bakery.formats import npz
 from bakery.formats.files import read_bytes, replacing
 from bakery.heads.base import FOLLOW, PARTS, HeadModel
@@ -70,7 +70,7 @@ def find_head(name_or_path):
     """The file of a head model.
 
     Raises:
-        InputError: neither a known name nor a file.
+        UsageProblem: neither a known name nor a file.
     """
     known = list_heads()
     if str(name_or_path) in known:
@@ -78,10 +78,7 @@ def find_head(name_or_path):
     path = Path(name_or_path)
     if path.is_file():
         return path
-    raise InputError(
-        f"no head model {str(name_or_path)!r}; known: {', '.join(sorted(known)) or 'none'}; "
-        "give one of these or the path of a .npz"
-    )
+    raise no_such("no head model", name_or_path, sorted(known), "or give the path of a .npz")
 
 
 def load_head(name_or_path=DEFAULT):
@@ -91,7 +88,7 @@ def load_head(name_or_path=DEFAULT):
         name_or_path: a built-in name, the name of an imported one, or a path.
 
     Raises:
-        InputError: no such head model.
+        UsageProblem: no such head model.
         ModelError: the file is damaged or not a head model.
     """
     path = find_head(name_or_path)

@@ -4,8 +4,9 @@ import numpy as np
 
 from bakery.geometry.color import to_encoded
 from bakery.heads.base import look, weights
+from bakery.runtime.framing import head_camera
+from bakery.runtime.overlay import caption
 from bakery.runtime.player import GRAY, Player
-from bakery.stages.condition import face_camera
 from bakery.types import EXPRESSIONS
 
 SMILE = {
@@ -18,43 +19,56 @@ BLINK = {"eyeBlinkLeft": 1.0, "eyeBlinkRight": 1.0}
 
 
 def tiles(avatar):
-    """The sheet's pictures: (weights [E], gaze [2], yaw) each."""
-    keys = list(avatar.textures.key_weights)
+    """The sheet's pictures: what each shows, and its (weights [E], gaze [2], yaw)."""
+    textures = avatar.textures
     still = np.zeros(len(EXPRESSIONS), np.float32)
-    first = [(still, (0, 0), yaw) for yaw in (-40, 0, 40)]
-    second = [(weights(SMILE), (0, 0), yaw) for yaw in (-30, 0)] + [(weights(TALK), (0, 0), 15)]
-    third = [(weights(BLINK), (0, 0), 0), (look(still, (25, 5)), (25, 5), 0)]
-    third += [(look(still, (-15, -15)), (-15, -15), 0)]
-    fourth = [(key, (0, 0), 0) for key in keys]
-    return first + second + third + fourth
+
+    def aside(yaw, pitch):
+        return f"gaze {yaw}, {pitch}", (look(still, (yaw, pitch)), (yaw, pitch), 0)
+
+    return [
+        ("neutral, yaw -40", (still, (0, 0), -40)),
+        ("neutral", (still, (0, 0), 0)),
+        ("neutral, yaw 40", (still, (0, 0), 40)),
+        ("smile, yaw -30", (weights(SMILE), (0, 0), -30)),
+        ("smile", (weights(SMILE), (0, 0), 0)),
+        ("talk, yaw 15", (weights(TALK), (0, 0), 15)),
+        ("blink", (weights(BLINK), (0, 0), 0)),
+        aside(25, 5),
+        aside(-15, -15),
+        *(
+            (f"key: {name}", (key, (0, 0), 0))
+            for name, key in zip(textures.key_names, textures.key_weights)
+        ),
+    ]
 
 
-def portraits(avatar, wanted, size, share):
+def portraits(avatar, wanted, size):
     """Iterate over pictures of an avatar before grey: [size, size, 3] uint8 sRGB.
 
     Args:
         wanted: (weights [E], gaze [2] degrees, degrees that the head is turned) of each.
-        size, share: see `contact_sheet`.
+        size: pixels of one picture's side.
     """
     player = Player(avatar)
     work = player.workspace(size, size)
     for expression, gaze, yaw in wanted:
-        camera = face_camera(avatar.fit, avatar.head, avatar.neutral, yaw, size=size, share=share)
+        camera = head_camera(avatar.fit, avatar.head, avatar.neutral, yaw, size=size)
         yield player.picture(work, camera, expression, np.array(gaze, float))
 
 
-def contact_sheet(avatar, size=320, columns=5, share=0.52):
+def contact_sheet(avatar, size=320, columns=5):
     """Neutral, turned, smiling, talking, blinking, looking aside, and the key expressions.
 
     Args:
         avatar: runtime.avatar.Avatar.
         size: pixels of one picture's side.
-        share: face height over the side.
 
     Returns:
-        [rows * size, columns * size, 3] uint8 sRGB.
+        [rows * size, columns * size, 3] uint8 sRGB; each picture says below what it shows.
     """
-    pictures = list(portraits(avatar, tiles(avatar), size, share))
+    names, wanted = zip(*tiles(avatar))
+    pictures = list(map(caption, portraits(avatar, wanted, size), names))
     while len(pictures) % columns:
         pictures.append(np.full((size, size, 3), round(255 * float(to_encoded(GRAY))), np.uint8))
     rows = [np.concatenate(pictures[k : k + columns], 1) for k in range(0, len(pictures), columns)]

@@ -8,6 +8,7 @@ import numpy as np
 from bakery import landmarks as marks
 from bakery.geometry import rotation
 from bakery.geometry.color import LUMA, to_linear
+from bakery.settings import Settings, setting
 from bakery.stages.segment import EYES, GLASSES, HIDDEN, SKIN, occlusion
 from bakery.types import EXPRESSION_INDEX
 
@@ -28,28 +29,36 @@ ASIDE, AWAY = 0.2, 0.34  # sine of a head's turn from which its far side, its wh
 
 
 @dataclass(frozen=True)
-class Limits:
+class Limits(Settings):
     """Where warnings begin: beyond what neutral, evenly lit portraits of london/train measure."""
 
-    expression: float = 0.42  # weight of what is not neutral, see `_expression`; neutral: up to 0.4
-    # gap between the lips over the mouth's width; neutral: up to 0.11 (full dark lips), most 0.05
-    open_mouth: float = 0.12
-    yaw: float = 20.0  # degrees
-    pitch: float = 20.0  # degrees
-    closed_eyes: float = 0.13  # at least: lid opening over the eye's width; neutral: from 0.21
-    glasses: float = 0.04  # share of the eye region
-    hair: float = 0.05  # share of the face; neutral: up to 0.01
-    hidden: float = 0.02  # share of the face; neutral: 0
-    # at least: landmarks of one part of the face are as sure as this times those of the surest;
-    # neutral: from 0.9, in the dark 0.88, a painted hand before the chin: up to 0.84
-    covered: float = 0.85
-    shadow: float = 1.0  # stops between the halves of the face; neutral: up to 0.3
-    # share of plain skin, see `fit_photo.dark_share`; neutral: up to 0.02, smiling 0.028
-    cast_shadow: float = 0.03
-    dark: float = 0.3  # at least: white of the brighter eye, encoded; neutral: from 0.4
-    small: float = 200.0  # at least: pixels that the face is large; the texture shows it at 500
-    # at least: see `sharpness`; sharp: from 0.11, blurred by 0.4 (0.8)% of the face up to 0.07 (0.01)
-    blur: float = 0.03
+    # See `_expression`; neutral: up to 0.4.
+    expression: float = setting(0.42, "weight of what is not neutral", 0, 52)
+    # Neutral: up to 0.11 (full dark lips), most 0.05.
+    open_mouth: float = setting(0.12, "gap between the lips over the mouth's width", 0, 10)
+    yaw: float = setting(20.0, "turn of the head to a side", 0, 90, unit="degrees")
+    pitch: float = setting(20.0, "turn of the head up or down", 0, 90, unit="degrees")
+    # Neutral: from 0.21.
+    closed_eyes: float = setting(0.13, "at least: lid opening over the eye's width", 0, 1)
+    glasses: float = setting(0.04, "share of the eye region that glasses cover", 0, 1)
+    hair: float = setting(0.05, "share of the face behind hair", 0, 1)  # neutral: up to 0.01
+    hidden: float = setting(0.02, "share of the face that is hidden", 0, 1)  # neutral: 0
+    # Neutral: from 0.9, in the dark 0.88, a painted hand before the chin: up to 0.84.
+    covered: float = setting(
+        0.85, "at least: how sure the landmarks of each part of the face are, over the surest", 0, 1
+    )
+    # Neutral: up to 0.3.
+    shadow: float = setting(
+        1.0, "difference of light between the halves of the face", 0, 20, unit="stops"
+    )
+    # See `fit_photo.dark_share`; neutral: up to 0.02, smiling 0.028.
+    cast_shadow: float = setting(0.03, "share of plain skin in a cast shadow", 0, 1)
+    # Neutral: from 0.4.
+    dark: float = setting(0.3, "at least: white of the brighter eye, sRGB-encoded", 0, 1)
+    # The texture shows a face at 500 pixels.
+    small: float = setting(200.0, "at least: size of the face", 0, 8192, unit="pixels")
+    # See `sharpness`; sharp: from 0.11, blurred by 0.4 (0.8)% of the face up to 0.07 (0.01).
+    blur: float = setting(0.03, "at least: sharpness", 0, 1)
 
 
 @dataclass(frozen=True)

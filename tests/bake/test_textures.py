@@ -9,6 +9,7 @@ import pytest
 from bakery.bake import textures
 from bakery.bake.options import BuildOptions
 from bakery.errors import ModelError
+from bakery.hair.layer import HairLayer
 from bakery.stages.generate import generate
 from bakery.types import Generated
 
@@ -28,7 +29,7 @@ def test_a_generator_that_can_gets_ready_while_the_neutral_is_made(monkeypatch):
     monkeypatch.setattr(textures, "own_head", lambda head, fit: (head, None))
     nobody = SimpleNamespace(gaze=np.zeros(2), encoded=None, points=None)
     with pytest.raises(StopIteration, match="enough"):
-        textures.paint(nobody, nobody, nobody, None, None, generator, BuildOptions())
+        textures.paint(nobody, nobody, nobody, None, None, generator, HairLayer(), BuildOptions())
 
 
 def test_what_a_generator_gives_back_is_checked():

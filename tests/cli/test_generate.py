@@ -109,7 +109,7 @@ def test_gaze_follows_the_weights_unless_it_is_given():
 @pytest.mark.parametrize(
     "options, message",
     [
-        ({"weights": "smile=1"}, "unknown shape 'smile'"),
+        ({"weights": "smile=1"}, "no shape 'smile'"),
         ({"yaw": 80.0}, "at most 60"),
         ({"fitted": "fit.json", "yaw": 10.0}, "brings its own view"),
         ({"gaze": "ten"}, "YAW,PITCH"),

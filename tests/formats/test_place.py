@@ -1,5 +1,6 @@
 """Folders appear complete or not at all, whatever happens meanwhile."""
 
+import json
 import os
 import shutil
 import signal
@@ -17,27 +18,36 @@ import sys, time
 from pathlib import Path
 from bakery.formats.place import staged
 with staged(Path(sys.argv[1]), True) as folder:
-    (folder / "avatar.json").write_text(sys.argv[2])
+    (folder / "avatar.json").write_text('{"files": [{"path": "big"}], "is": "%s"}' % sys.argv[2])
     (folder / "big").write_text("x" * 1000)
     print("ready", flush=True)
     time.sleep(float(sys.argv[3]))
 """
 
 
+def manifest(text, *files):
+    return json.dumps({"files": [{"path": name} for name in files], "is": text})
+
+
+def told(target):
+    """The text that a bundle was made with."""
+    return json.loads((target / "avatar.json").read_text())["is"]
+
+
 def make(target, text="new", overwrite=False):
     with place.staged(target, overwrite) as folder:
-        (folder / "avatar.json").write_text(text)
+        (folder / "avatar.json").write_text(manifest(text))
         (folder / "web").mkdir()
 
 
 def test_a_bundle_appears_and_is_replaced(tmp_path):
     target = tmp_path / "a b\n.avatar"
     make(target, "old")
-    assert (target / "avatar.json").read_text() == "old"
+    assert told(target) == "old"
     with pytest.raises(InputError, match="--overwrite"):
         make(target)
     make(target, "new", overwrite=True)
-    assert (target / "avatar.json").read_text() == "new"
+    assert told(target) == "new"
     assert os.listdir(tmp_path) == [target.name]
 
 
@@ -47,7 +57,7 @@ def test_failure_leaves_the_old_one(tmp_path):
     with pytest.raises(ZeroDivisionError), place.staged(target, True) as folder:
         (folder / "avatar.json").write_text("half")
         raise ZeroDivisionError
-    assert (target / "avatar.json").read_text() == "old"
+    assert told(target) == "old"
     assert os.listdir(tmp_path) == ["a.avatar"]
 
 
@@ -60,6 +70,21 @@ def test_other_folders_are_left_alone(tmp_path):
         with pytest.raises(InputError, match="another name"):
             make(tmp_path / name, overwrite=True)
     assert (tmp_path / "mine" / "letter.txt").exists()
+
+
+def test_files_that_somebody_put_into_a_bundle_are_not_lost(tmp_path):
+    target = tmp_path / "a.avatar"
+    make(target, "old")
+    (target / ".DS_Store").write_bytes(b"litter")
+    make(target, "new", overwrite=True)
+    (target / "web" / "notes.txt").write_text("mine")
+    with pytest.raises(InputError, match=r"web/notes\.txt: is none of the bundle's files"):
+        make(target, "newer", overwrite=True)
+    assert (target / "web" / "notes.txt").read_text() == "mine" and told(target) == "new"
+    (target / "web" / "notes.txt").unlink()
+    (target / "avatar.json").write_text("{")
+    with pytest.raises(InputError, match="does not say which files"):
+        make(target, "newer", overwrite=True)
 
 
 def start(target, text, seconds):
@@ -78,7 +103,7 @@ def test_kill_leaves_the_old_one_and_the_next_run_cleans_up(tmp_path):
     process = start(target, "killed", 60)
     process.send_signal(signal.SIGKILL)
     process.wait()
-    assert len(os.listdir(tmp_path)) == 2 and (target / "avatar.json").read_text() == "old"
+    assert len(os.listdir(tmp_path)) == 2 and told(target) == "old"
     make(target, "new", overwrite=True)
     assert os.listdir(tmp_path) == ["a.avatar"]
 
@@ -87,7 +112,7 @@ def test_two_at_once_give_one_whole_bundle(tmp_path):
     target = tmp_path / "a.avatar"
     both = [start(target, text, 0.3) for text in ("one", "two")]
     assert [process.wait() for process in both] == [0, 0]
-    assert (target / "avatar.json").read_text() in ("one", "two")
+    assert told(target) in ("one", "two")
     assert (target / "big").exists() and os.listdir(tmp_path) == ["a.avatar"]
 
 
@@ -100,10 +125,10 @@ def test_without_exchange_a_killed_swap_is_undone(tmp_path, monkeypatch):
     (hidden / "lock").touch()
     shutil.move(target, hidden / "old")
     place.clean(target)
-    assert (target / "avatar.json").read_text() == "old"
+    assert told(target) == "old"
     monkeypatch.setattr(place, "_exchange", lambda one, other: False)
     make(target, "new", overwrite=True)
-    assert (target / "avatar.json").read_text() == "new" and os.listdir(tmp_path) == ["a.avatar"]
+    assert told(target) == "new" and os.listdir(tmp_path) == ["a.avatar"]
 
 
 def test_read_only_place_is_one_line(tmp_path, monkeypatch):

@@ -17,6 +17,7 @@ from bakery.bake.plugins import plug_in
 from bakery.bake.textures import paint
 from bakery.cli.options import build_options
 from bakery.geometry.color import to_encoded
+from bakery.hair.layer import HairLayer
 from bakery.heads.base import weights
 from bakery.heads.file import load_head
 from bakery.runtime.avatar import Avatar
@@ -35,7 +36,7 @@ def avatar():
     head = load_head("makehuman")
     fit, segmentation = fit_portrait(SAMPLE, photo, face, head, options)
     generator = plug_in("generators", "rendered")
-    textures = paint(photo, face, fit, segmentation, head, generator, options)
+    textures = paint(photo, face, fit, segmentation, head, generator, HairLayer(), options)
     own, neutral = own_head(head, fit)
     return Avatar(own, neutral, fit, textures, draw_masks(head, options))
 

@@ -194,6 +194,6 @@ def test_module_for_a_page_of_ones_own(bakery, bundle, tmp_path):
         "web/player.glb",
     } <= written
     again = bakery("preview", bundle, "--module", tmp_path / "site")
-    assert again.returncode == 1 and "give the name of a new folder" in again.stderr
+    assert again.returncode == 1 and "holds files already" in again.stderr
     assert bakery("preview", bundle).returncode == 2
     assert bakery("preview", bundle, "--serve", "-o", tmp_path / "x.html").returncode == 2

@@ -80,5 +80,6 @@ def test_the_same_bytes_twice(avatar, whole):
     "wrong", [{"side": 16}, {"quality": 0}, {"photo": 10**6}, {"triangles": 0.0}]
 )
 def test_odd_sizes_are_refused(wrong):
-    with pytest.raises(InputError, match="bundle.web: .* give "):
+    (name,) = wrong
+    with pytest.raises(InputError, match=f"WebOptions.{name}: .* to "):
         WebOptions(**wrong)

@@ -318,14 +318,14 @@ def test_other_options_are_refused(shards, tmp_path):
 @pytest.mark.parametrize(
     "changes, message",
     [
-        ({"network": NetworkOptions(head="round")}, "'round' is unknown"),
-        ({"network": NetworkOptions(inputs=("smell",))}, "unknown smell"),
-        ({"crop": Cropping(size=30)}, "multiple of 4"),
+        (lambda: {"network": NetworkOptions(head="round")}, "head: 'round'; one of change, plain"),
+        (lambda: {"network": NetworkOptions(inputs=("smell",))}, r"inputs\[0\]: 'smell'; one of"),
+        (lambda: {"crop": Cropping(size=30)}, "multiple of 4"),
     ],
 )
 def test_options_that_cannot_be(changes, message):
     with pytest.raises(InputError, match=message):
-        options(**changes)
+        options(**changes())
 
 
 def test_a_loss_that_is_not_finite_stops_the_run(shards, tmp_path, monkeypatch):

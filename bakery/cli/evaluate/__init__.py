@@ -5,14 +5,14 @@ from pathlib import Path
 
 import click
 
-from bakery.cli import options
+from bakery.cli import complete, options
 from bakery.cli.evaluate import generator as evaluate_generator
 from bakery.cli.evaluate import motion as evaluate_motion
 
 portraits = click.argument("portraits", type=click.Path(path_type=Path))
 
 
-@click.group()
+@click.group(cls=options.Group)
 def evaluate():
     """Measure the project; one JSON line a photo, then the means.
 
@@ -26,7 +26,7 @@ def _line(record):
 
 @evaluate.command(cls=options.Command)
 @portraits
-@click.option("--detector", default="network", show_default=True)
+@options.detector
 @click.option("--set", "sets", multiple=True, help="Folder of PORTRAITS; may be repeated.")
 def detect(portraits, detector, sets):
     """Distance of detected from reference points, over the outer-eye-corner distance."""
@@ -45,7 +45,11 @@ def detect(portraits, detector, sets):
 @evaluate.command(cls=options.Command)
 @portraits
 @options.head
-@click.option("--detector", help="Fit from this detector's landmarks too, as `network`.")
+@click.option(
+    "--detector",
+    shell_complete=complete.plug_ins("detectors"),
+    help="Fit from this detector's landmarks too, as `network`.",
+)
 def fit(portraits, head, detector):
     """Distance of projected from reference landmarks, in percent."""
     from bakery.evaluate import report
@@ -62,7 +66,7 @@ def fit(portraits, head, detector):
 @click.argument("truth")
 @options.head
 @click.option("--count", default=20, show_default=True, type=click.IntRange(1))
-@click.option("--seed", default=0, show_default=True)
+@click.option("--seed", default=0, show_default=True, type=click.IntRange(0))
 def synthetic(truth, head, count, seed):
     """Surface distance of fits to painted heads of the model TRUTH (name or file)."""
     import numpy as np
@@ -79,10 +83,15 @@ def synthetic(truth, head, count, seed):
 
 @evaluate.command(cls=options.Command)
 @click.argument("folder", type=click.Path(path_type=Path))
-@click.option("--head", "heads", multiple=True, default=["makehuman"], help="May be repeated.")
+@click.option(
+    "--head", "heads", multiple=True, default=["makehuman"], shell_complete=complete.heads,
+    help="May be repeated.",
+)  # fmt: skip
 @click.option("--pictures", type=click.Path(path_type=Path), help="Folder for the drawn views.")
-def scan(folder, heads, pictures):
+@options.overwrite
+def scan(folder, heads, pictures, overwrite):
     """Surface distance of fits to pictures of the scanned head in FOLDER, by our own detection."""
+    options.may_fill(pictures, overwrite)
     import numpy as np
 
     from bakery.evaluate import scan as measures
@@ -106,8 +115,10 @@ def scan(folder, heads, pictures):
 @click.option("--mouths", type=click.IntRange(1), help="Bake this many mouths only.")
 @click.option("--pictures", type=click.Path(path_type=Path), help="Folder of side-by-side PNGs.")
 @click.option("--only", multiple=True, help="Name of a person; may be repeated.")
-def avatar(portraits, head, generator, preset, settings, mouths, pictures, only):
+@options.overwrite
+def avatar(portraits, head, generator, preset, settings, mouths, pictures, only, overwrite):
     """Neutral avatars in their own photos, and smiling as the person smiles."""
+    options.may_fill(pictures, overwrite)
     from bakery.bake.plugins import plug_in
     from bakery.evaluate import report
     from bakery.evaluate.avatar import pairs as avatar_pairs
@@ -160,11 +171,13 @@ def failures(names, output, folder, preset, settings, head, overwrite):
     from bakery.formats.image import write_image
     from bakery.heads.file import load_head
 
-    options.may_write(output, overwrite)
+    options.may_write(output, overwrite, endings=options.PICTURES)
+    options.may_fill(folder, overwrite)
     chosen = options.build_options(preset, settings)
     found = list(cases.outcomes(load_head(head), folder, chosen, names or None))
     write_image(output, cases.sheet(found), 90)
     click.echo(cases.table(found))
+    options.wrote(output)
 
 
 for command in (

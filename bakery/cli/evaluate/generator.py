@@ -39,8 +39,10 @@ def _networks(weights):
 @click.option("--pictures", type=click.Path(path_type=Path), help="Folder of side-by-side PNGs.")
 @click.option("--only", multiple=True, help="Name of a person; may be repeated.")
 @click.option("--take", type=click.Path(path_type=Path), help="Live Link Face CSV, for flicker.")
-def generator(portraits, head, weights, pictures, only, take):
+@options.overwrite
+def generator(portraits, head, weights, pictures, only, take, overwrite):
     """Smiles painted from neutral photos: network, rendered, and simple baselines."""
+    options.may_fill(pictures, overwrite)
     from bakery.bake.plugins import plug_in
     from bakery.evaluate import generator as measures
     from bakery.generators.identity import load_features
@@ -83,8 +85,9 @@ def keys(photos, output, yaw, head, generator, overwrite):
     from bakery.evaluate.generator.sheet import sheet
     from bakery.formats.image import write_image
 
-    options.may_write(output, overwrite)
+    options.may_write(output, overwrite, endings=options.PICTURES)
     write_image(output, sheet(photos, head, generator, yaw) / 255.0, 92)
+    options.wrote(output)
 
 
 @click.command(cls=options.Command)

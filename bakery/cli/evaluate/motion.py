@@ -12,7 +12,9 @@ from bakery.cli import options
 @options.head
 @click.option("--people", default=2, show_default=True, type=click.IntRange(1))
 @click.option("--frames", default=60, show_default=True, type=click.IntRange(10))
-@click.option("--seed", default=1, show_default=True, help="Of the first person.")
+@click.option(
+    "--seed", default=1, show_default=True, type=click.IntRange(0), help="Of the first person."
+)
 def track(head, people, frames, seed):
     """Track painted people who play known curves; about a second a frame goes into painting."""
     from bakery.bake.plugins import plug_in

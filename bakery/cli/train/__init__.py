@@ -12,19 +12,19 @@ from bakery.cli.train.identity import identity
 folder = click.Path(path_type=Path)
 
 
-@click.group()
+@click.group(cls=options.Group)
 def train():
     """Train the networks of the project, and make its presets."""
 
 
-@train.command(cls=options.Command)
+@train.command(cls=options.Command, resumes=True)
 @click.argument("network", type=click.Choice(["finder", "points"]))
 @click.option("--photos", required=True, type=folder, help="Folder of photos.")
 @click.option("--dense", required=True, type=folder, help="npz with their 478 points.")
 @click.option("--rendered", multiple=True, type=folder, help="Painted pictures with points.")
 @click.option("--backgrounds", multiple=True, type=folder, help="Pictures without faces.")
 @click.option("--run", required=True, type=folder, help="Folder of the run; goes on where it was.")
-@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Change an option.")
+@options.settings_of("detector")
 def detector(network, photos, dense, rendered, backgrounds, run, settings):
     """Train one of the detector's two networks.
 
@@ -32,12 +32,10 @@ def detector(network, photos, dense, rendered, backgrounds, run, settings):
     bakery train detector points --photos portraits/london/train \\
         --dense portraits/dense478.npz --run runs/points
     """
-    from bakery import preset
     from bakery.train import detector as training
 
-    tables = preset.with_settings({}, [f"train.{setting}" for setting in settings])
-    table = {"network": network} | tables.get("train", {})
-    chosen = preset.options_from(training.DetectorOptions, table, "train")
+    options.may_go_on(run, marks=["options.json"])
+    chosen = options.training_options("detector", settings, network=network)
     for figures in training.train(run, photos, dense, chosen, rendered, backgrounds):
         click.echo(json.dumps(figures))
 
@@ -53,6 +51,7 @@ def export_detector(finder_run, points_run, output, overwrite):
 
     options.may_write(output, overwrite)
     export(finder_run, points_run, output)
+    options.wrote(output)
 
 
 @train.command(cls=options.Command)
@@ -77,6 +76,7 @@ def albedo(portraits, output, commit, head, overwrite):
     save(basis, output)
     write_bytes(card, record.dump(model_card(basis, figures, output, commit)))
     click.echo(json.dumps(figures))
+    options.wrote(output, card)
 
 
 @train.command("mouths", cls=options.Command)
@@ -91,6 +91,7 @@ def mouths(output, count, head, overwrite):
 
     options.may_write(output, overwrite)
     options.write(output, poses_to_json(mouth_poses(load_head(head), count)).encode())
+    options.wrote(output)
 
 
 @train.command("gaze", cls=options.Command)
@@ -102,9 +103,10 @@ def gaze(output, overwrite):
 
     options.may_write(output, overwrite)
     options.write(output, gaze_to_toml(gaze_directions()).encode())
+    options.wrote(output)
 
 
-@train.command("pairs", cls=options.Command)
+@train.command("pairs", cls=options.Command, resumes=True)
 @click.argument("photographs", type=folder)
 @click.option("-o", "--output", required=True, type=folder, help="Folder of shards.")
 @click.option("--dense", type=folder, help="npz with their 478 points; without it, the detector's.")
@@ -123,6 +125,7 @@ def real_pairs(photographs, output, dense, head, preset, settings):
     from bakery.heads.file import load_head
     from bakery.train import folders, real_pairs
 
+    options.may_go_on(output)
     output.mkdir(parents=True, exist_ok=True)
     people = folders.people(photographs)
     points = folders.landmarks_by(dense)
@@ -132,12 +135,12 @@ def real_pairs(photographs, output, dense, head, preset, settings):
         click.echo(json.dumps({"person": person.name, "left_out": str(error) if error else None}))
 
 
-@train.command("pagan", cls=options.Command)
+@train.command("pagan", cls=options.Command, resumes=True)
 @click.option("--run", required=True, type=folder, help="Folder of the run; goes on where it was.")
 @click.option("--pairs", required=True, multiple=True, type=folder, help="Shards; may be repeated.")
 @click.option("--steps", type=click.IntRange(1), help="How many steps in all.")
 @click.option("--features", type=folder, help="Identity features, .safetensors.")
-@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Change an option.")
+@options.settings_of("pagan")
 def pagan(run, pairs, steps, features, settings):
     """Train the generator on pairs from `bakery synth pairs` and `bakery train pairs`.
 
@@ -147,12 +150,10 @@ def pagan(run, pairs, steps, features, settings):
 
     It computes on a GPU when there is one. A run that was stopped goes on from its checkpoint.
     """
-    from bakery import preset
     from bakery.train import pagan as training
 
-    tables = preset.with_settings({}, [f"train.{setting}" for setting in settings])
-    table = tables.get("train", {}) | ({"steps": steps} if steps else {})
-    chosen = preset.options_from(training.PaganOptions, table, "train")
+    options.may_go_on(run, marks=["options.json"])
+    chosen = options.training_options("pagan", settings, steps=steps)
     network = None
     if features:
         from bakery.generators.identity import load_features
@@ -172,6 +173,7 @@ def export_pagan(runs, output, overwrite):
 
     options.may_write(output, overwrite)
     click.echo(json.dumps(export(runs, output)))
+    options.wrote(output)
 
 
 train.add_command(closeups)

@@ -10,14 +10,14 @@ from bakery.cli import options
 folder = click.Path(path_type=Path)
 
 
-@click.command(cls=options.Command)
+@click.command(cls=options.Command, resumes=True)
 @click.option("--skins", type=folder, help="Folder of `bakery synth skins`; else all is painted.")
 @click.option("--photos", type=folder, help="Folder of photos, to learn from besides.")
 @click.option("--dense", type=folder, help="npz with their 478 points.")
 @click.option("--run", required=True, type=folder, help="Folder of the run; goes on where it was.")
 @click.option("-o", "--output", required=True, type=folder, help=".safetensors to write.")
 @options.head
-@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Change an option.")
+@options.settings_of("closeups")
 @options.overwrite
 def closeups(skins, photos, dense, run, output, head, settings, overwrite):
     """Train the networks that see eyes and mouth in close-up, on painted people and photos.
@@ -26,15 +26,14 @@ def closeups(skins, photos, dense, run, output, head, settings, overwrite):
     bakery train closeups --skins runs/skins --photos portraits/london/train \\
         --dense portraits/dense478.npz --run runs/closeups -o closeups.safetensors
     """
-    from bakery import preset
     from bakery.heads.file import load_head
     from bakery.train import closeups as training
 
     options.may_write(output, overwrite)
+    options.may_go_on(run, marks=["options.json"])
     if (photos is None) != (dense is None):
         raise click.UsageError("--photos and --dense go together: give both or none")
-    tables = preset.with_settings({}, [f"train.{setting}" for setting in settings])
-    chosen = preset.options_from(training.CloseupOptions, tables.get("train", {}), "train")
+    chosen = options.training_options("closeups", settings)
     model = load_head(head)
     with options.progress() as progress:
         training.collect(run, model, skins, photos, dense, chosen, progress)
@@ -46,3 +45,4 @@ def closeups(skins, photos, dense, run, output, head, settings, overwrite):
             else:
                 click.echo(json.dumps({"network": name} | figures))
     training.export(*tensors, output)
+    options.wrote(output)

@@ -13,6 +13,7 @@ from bakery.evaluate.fitting import landmarks_of
 from bakery.evaluate.metrics import face_crop, hull_mask, psnr, warp_pixels
 from bakery.formats.image import read_photo, write_image
 from bakery.geometry.color import to_encoded
+from bakery.hair.layer import HairLayer
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.render import draw, over_gray
 from bakery.show import frame as frames
@@ -46,7 +47,7 @@ def bake(path, points, head, generator, options):
     photo = read_photo(path)
     landmarks = landmarks_of(points)
     fit, segmentation = fit_portrait(path, photo, landmarks, head, options)
-    textures = paint(photo, landmarks, fit, segmentation, head, generator, options)
+    textures = paint(photo, landmarks, fit, segmentation, head, generator, HairLayer(), options)
     own, neutral = own_head(head, fit)
     return Avatar(own, neutral, fit, textures, draw_masks(head, options)), photo
 

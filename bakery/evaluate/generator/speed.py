@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery.bake import pipeline, steps
+from bakery.bake import pipeline
+from bakery.bake.plugins import plug_in
 from bakery.generators.pagan import PaganGenerator
 from bakery.generators.plain import seconds_of_plain_unet
 from bakery.generators.unet import INPUTS
@@ -52,7 +53,7 @@ def stages(photo, head, generator):
 @contextmanager
 def _noted(name, given):
     """Append the size of every picture that the network of a generator paints to a list."""
-    generator = steps.plug_in("generators", name)  # the one that a bake will use
+    generator = plug_in("generators", name)  # the one that a bake will use
     if not isinstance(generator, PaganGenerator):
         yield
         return

@@ -3,32 +3,25 @@
 from dataclasses import dataclass
 
 from bakery import __version__
-from bakery.errors import InputError
 from bakery.export.schema import VERSION
 from bakery.export.web import files as web
 from bakery.export.web.glb import web_glb
 from bakery.export.web.head import facts, surfaces
 from bakery.runtime.render import paintable
+from bakery.settings import Settings, setting
 from bakery.types import EXPRESSIONS
 
 
 @dataclass(frozen=True)
-class WebOptions:
+class WebOptions(Settings):
     """How large web/ gets."""
 
-    side: int = 1024  # texels on a side of the face's textures, at most
-    quality: int = 95  # of WebP, 1 to 100
-    photo: int = 1600  # pixels on the longer side of the portrait, if it is kept
-    triangles: float = 1.0  # share of the skin's triangles
-
-    def __post_init__(self):
-        if not (64 <= self.side <= 4096 and 1 <= self.quality <= 100 and 64 <= self.photo <= 8192):
-            raise InputError(
-                f"bundle.web: side {self.side}, quality {self.quality}, photo {self.photo}; "
-                "give 64..4096, 1..100 and 64..8192"
-            )
-        if not 0.05 <= self.triangles <= 1:
-            raise InputError(f"bundle.web: triangles {self.triangles}; give 0.05..1")
+    side: int = setting(1024, "side of the face's textures, at most", 64, 4096, unit="texels")
+    quality: int = setting(95, "quality of WebP", 1, 100)
+    photo: int = setting(
+        1600, "longer side of the portrait, if it is kept", 64, 8192, unit="pixels"
+    )
+    triangles: float = setting(1.0, "share of the skin's triangles", 0.05, 1)
 
 
 def web_files(avatar, options=WebOptions()):

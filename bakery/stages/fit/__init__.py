@@ -6,10 +6,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bakery import landmarks as marks
-from bakery.errors import FitError
+from bakery.errors import FitError, UsageProblem
 from bakery.geometry import camera as cameras
 from bakery.geometry import harmonics, rotation
 from bakery.heads.base import look
+from bakery.settings import Settings, setting
 from bakery.stages.fit.albedo import load_albedo
 from bakery.stages.fit.diagnostics import diagnose
 from bakery.stages.fit.gaze import fit_gaze
@@ -22,23 +23,41 @@ from bakery.types import EXPRESSIONS, Fit
 FILM_DIAGONAL = 43.27  # mm, of the 35 mm frame that EXIF focal lengths refer to
 NEAREST = 500.0  # mm, a portrait is seldom taken from closer; a tight crop would look so
 EYE_CORNERS = 90.0  # mm, distance of the outer eye corners of an adult, nearly
+LEVELS = (1, 6)  # of the photometric fit, least and most
 SMALLEST_FACE = 24.0  # pixels between the outer eye corners; less cannot be fitted
 
 
 @dataclass(frozen=True)
-class FitOptions:
-    """How to fit. Distances in millimetres unless a name says otherwise."""
+class FitOptions(Settings):
+    """How to fit (Saito sec. 3)."""
 
     weights: Weights = field(default_factory=Weights)
-    modes: int = 80  # identity modes used (Saito sec. 3)
-    focal: float = 1.8  # default focal length, times the longer side of the photo
-    landmark_steps: int = 8
-    photometric: bool = True
-    level_widths: tuple = (24.0, 48.0, 96.0)  # outer-eye-corner distance at each level, pixels
-    level_steps: tuple = (30, 10, 3)  # Gauss-Newton steps at most (Saito sec. 3)
-    level_samples: tuple = (500, 900, 1500)  # sample faces
-    level_tolerance: float = 1e-3  # a level ends when a step saves less of the energy
-    warp: bool = True  # end with the smooth warp onto the landmarks
+    modes: int = setting(80, "identity modes used, as far as the head has them", 1, 1000)
+    focal: float = setting(
+        1.8, "focal length of a photo without EXIF, over its longer side", 0.3, 20
+    )
+    landmark_steps: int = setting(8, "Gauss-Newton steps of the landmark-only stage", 1, 200)
+    photometric: bool = setting(True, "fit colours too, not landmarks alone")
+    level_widths: tuple[float, ...] = setting(
+        (24.0, 48.0, 96.0), "distance of the outer eye corners at each level of the photometric fit",
+        8, 512, unit="pixels", count=LEVELS,
+    )  # fmt: skip
+    level_steps: tuple[int, ...] = setting(
+        (30, 10, 3), "Gauss-Newton steps of each level, at most", 1, 200, count=LEVELS
+    )
+    level_samples: tuple[int, ...] = setting(
+        (500, 900, 1500), "sample faces of each level", 50, 20000, count=LEVELS
+    )
+    level_tolerance: float = setting(
+        1e-3, "a level ends when a step saves less than this share of the energy", 0, 1
+    )
+    warp: bool = setting(True, "end with the smooth warp onto the landmarks")
+
+    def __post_init__(self):
+        super().__post_init__()
+        levels = {len(self.level_widths), len(self.level_steps), len(self.level_samples)}
+        if len(levels) > 1:
+            raise UsageProblem("level_widths, level_steps and level_samples: give as many of each")
 
 
 def landmark_model(head, modes):

@@ -10,36 +10,50 @@ from bakery.errors import FitError
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.solve import minimize_partly_bounded
+from bakery.settings import Settings, setting
 from bakery.stages.fit import expressions as groups
 from bakery.types import Camera
 
 LEAST_POINTS = 12  # landmarks to place a head by
+WEIGHT = (0, 1e4)  # range of a weight that may be nothing
+SURE = (1e-3, 1e4)  # and of one without which the solution is not unique
 
 
 @dataclass(frozen=True)
-class Weights:
+class Weights(Settings):
     """The energy of Saito sec. 3 and what this project adds to its regulariser.
 
     Landmark distances are measured in outer-eye-corner distances and colours as linear 0..1, which
     makes the paper's weights balance: 1% at every landmark costs as much as 40 units of prior.
     """
 
-    photo: float = 0.3  # the paper has 1, which pulls real skin off its landmarks (docs/log-fit.md)
-    landmark: float = 10.0
-    prior: float = 2.5e-5
-    identity: float = 10.0  # prior on identity, in units of `prior` per squared deviation
-    expression: float = 4.0  # ridge per squared weight
-    sparse: float = 8.0  # cost of a weight itself: small ones stay exactly 0
-    concave: float = 0.2  # weight at which that cost has halved, so that clear ones hardly shrink
-    twins: float = 20.0  # per squared difference of left and right
-    contour: float = 0.3  # weight of contour landmarks across the contour
-    slide: float = 0.03  # and along it
-    outlier: float = 0.03  # Huber threshold, outer-eye-corner distances
-    anchor: float = 100.0  # per squared change of a weight from what the landmarks alone said
-    albedo: float = 1.0  # per squared deviation of an albedo mode
-    light: float = 4.0  # per squared change of the light's grey from the basis's own
-    tint: float = 60.0  # and of its colour
-    color_floor: float = 0.01  # linear; differences below count as squares
+    # The paper has a weight of 1 on colours, which pulls real skin off its landmarks
+    # (docs/log-fit.md).
+    photo: float = setting(0.3, "of the colours", *WEIGHT)
+    landmark: float = setting(10.0, "of the landmarks", *SURE)
+    prior: float = setting(2.5e-5, "of everything below that says so", 1e-9, 1)
+    identity: float = setting(10.0, "prior per squared deviation of an identity mode", *SURE)
+    expression: float = setting(4.0, "prior per squared expression weight", *SURE)
+    # Small weights stay exactly 0, and clear ones hardly shrink.
+    sparse: float = setting(8.0, "prior per expression weight", *WEIGHT)
+    concave: float = setting(0.2, "weight at which the cost `sparse` has halved", 1e-3, 1e3)
+    twins: float = setting(20.0, "prior per squared difference of left and right", *WEIGHT)
+    contour: float = setting(0.3, "of contour landmarks across the contour", *WEIGHT)
+    slide: float = setting(0.03, "of contour landmarks along it", *WEIGHT)
+    outlier: float = setting(
+        0.03, "Huber threshold of landmarks", 1e-4, 10, unit="outer-eye-corner distances"
+    )
+    anchor: float = setting(
+        100.0, "prior per squared change of a weight from what the landmarks alone said", *WEIGHT
+    )
+    albedo: float = setting(1.0, "prior per squared deviation of an albedo mode", *SURE)
+    light: float = setting(
+        4.0, "prior per squared change of the light's grey from the basis's own", *SURE
+    )
+    tint: float = setting(60.0, "prior per squared change of the light's colour", *SURE)
+    color_floor: float = setting(
+        0.01, "linear difference of colours below which it counts as a square", 1e-5, 1
+    )
 
 
 @dataclass(frozen=True)

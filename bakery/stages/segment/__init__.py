@@ -14,6 +14,7 @@ import numpy as np
 
 from bakery import landmarks
 from bakery.check import check_array
+from bakery.settings import Settings, setting
 from bakery.stages.segment import prior
 from bakery.stages.segment.models import LAB_BINS, GuidedFilter, histogram, lab_bins
 from bakery.stages.segment.overlays import find_cover, find_eyewear, find_strands
@@ -39,10 +40,12 @@ class Segmentation:
 
 
 @dataclass(frozen=True)
-class SegmentOptions:
-    rounds: int = 3  # of expectation maximisation
-    rim: float = 0.012  # of the face size: skin this close to something else is left out
-    feather: float = 0.025  # of the face size: width over which the mask rises behind the rim
+class SegmentOptions(Settings):
+    """How the portrait is labelled. Lengths are shares of the face size."""
+
+    rounds: int = setting(3, "rounds of expectation maximisation", 1, 20)
+    rim: float = setting(0.012, "skin this close to something else is left out", 0, 0.2)
+    feather: float = setting(0.025, "width over which the mask rises behind the rim", 0.001, 0.5)
 
 
 def segment(encoded, points, options=SegmentOptions()):

@@ -5,13 +5,18 @@
 
 from dataclasses import dataclass
 
+from bakery.settings import Settings, setting
+
 VIEWS = (0.0, 40.0, -40.0)  # degrees of yaw that each key expression is painted from
 
 
 @dataclass(frozen=True)
-class TextureOptions:
+class TextureOptions(Settings):
     """What to bake."""
 
-    resolution: int = 1024  # T, texels on a side
-    views: tuple[float, ...] = VIEWS
-    mouths: int = 300  # at most as many poses
+    resolution: int = setting(1024, "side of the textures", 512, 4096, unit="texels")
+    views: tuple[float, ...] = setting(
+        VIEWS, "yaw of each view that key expressions are painted from", -60, 60,
+        unit="degrees", count=(1, 9),
+    )  # fmt: skip
+    mouths: int = setting(300, "mouth poses that are baked", 1, 300)

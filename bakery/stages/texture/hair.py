@@ -137,7 +137,9 @@ def hair_layer(linear, cover, head, atlas, sight):
     near = np.exp(diffuse(dark, shown))
     layers = ((color, shown), (made, unseen), (near, fade))
     total = sum(colors * alpha[..., None] for colors, alpha in layers)
-    return np.concatenate([total, sum(alpha for _, alpha in layers)[..., None]], -1)
+    alpha = sum(alpha for _, alpha in layers)[..., None]
+    # Where two layers meet, their blurs may add up to more than all.
+    return np.concatenate([total, alpha], -1) / np.maximum(alpha, 1)
 
 
 def _behind(here, rooted):

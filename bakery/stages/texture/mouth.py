@@ -1,11 +1,13 @@
 """Mouth textures: the mouth sheet for each of the mouth poses (paGAN section 6)."""
 
 from dataclasses import replace
+from functools import cache
 
 import cv2
 import numpy as np
 
 from bakery import landmarks as marks
+from bakery.formats.targets import presets_folder, read_keys
 from bakery.generators.interior import FRAME_SCALE
 from bakery.generators.shade import MOUTH, is_part
 from bakery.geometry import camera as cameras
@@ -118,23 +120,6 @@ def spread(candidates, count):
     return np.array(chosen)
 
 
-VISEMES = {  # our own mixes of ARKit shapes for the usual fifteen mouth shapes of speech
-    "PP": {"mouthPressLeft": 0.4, "mouthPressRight": 0.4, "mouthClose": 0.05, "jawOpen": 0.05},
-    "FF": {"mouthRollLower": 0.5, "mouthUpperUpLeft": 0.3, "mouthUpperUpRight": 0.3, "jawOpen": 0.1},
-    "TH": {"jawOpen": 0.2, "mouthLowerDownLeft": 0.2, "mouthLowerDownRight": 0.2},
-    "DD": {"jawOpen": 0.18, "mouthLowerDownLeft": 0.3, "mouthLowerDownRight": 0.3, "mouthUpperUpLeft": 0.15, "mouthUpperUpRight": 0.15},
-    "KK": {"jawOpen": 0.28, "mouthStretchLeft": 0.2, "mouthStretchRight": 0.2},
-    "CH": {"mouthFunnel": 0.6, "jawOpen": 0.12, "mouthLowerDownLeft": 0.3, "mouthLowerDownRight": 0.3, "mouthUpperUpLeft": 0.3, "mouthUpperUpRight": 0.3},
-    "SS": {"jawOpen": 0.06, "mouthStretchLeft": 0.4, "mouthStretchRight": 0.4, "mouthLowerDownLeft": 0.4, "mouthLowerDownRight": 0.4, "mouthUpperUpLeft": 0.2, "mouthUpperUpRight": 0.2},
-    "NN": {"jawOpen": 0.15, "mouthLowerDownLeft": 0.2, "mouthLowerDownRight": 0.2},
-    "RR": {"jawOpen": 0.15, "mouthFunnel": 0.3, "mouthPucker": 0.3},
-    "AA": {"jawOpen": 0.6, "mouthLowerDownLeft": 0.2, "mouthLowerDownRight": 0.2},
-    "EE": {"jawOpen": 0.25, "mouthStretchLeft": 0.4, "mouthStretchRight": 0.4, "mouthSmileLeft": 0.2, "mouthSmileRight": 0.2},
-    "IH": {"jawOpen": 0.2, "mouthSmileLeft": 0.35, "mouthSmileRight": 0.35, "mouthLowerDownLeft": 0.25, "mouthLowerDownRight": 0.25},
-    "OH": {"jawOpen": 0.4, "mouthFunnel": 0.5},
-    "OU": {"jawOpen": 0.2, "mouthPucker": 0.7, "mouthFunnel": 0.2},
-    "SIL": {},
-}  # fmt: skip
 RANGE = (  # what moves the lips besides speech
     "jawOpen jawLeft jawRight jawForward mouthSmileLeft mouthSmileRight mouthFrownLeft "
     "mouthFrownRight mouthStretchLeft mouthStretchRight mouthUpperUpLeft mouthUpperUpRight "
@@ -150,9 +135,15 @@ SMILES = (  # what real smiles are made of, each with its range
 )  # fmt: skip
 
 
+@cache
+def _visemes():
+    """The mouth shapes of speech [n, E]."""
+    return read_keys(presets_folder() / "expressions" / "visemes.toml")[1]
+
+
 def talking(rng):
     """A random mix of visemes [E], at times with a smile or a frown on it."""
-    visemes = np.stack([weights(mix) for mix in VISEMES.values()])
+    visemes = _visemes()
     a, b = rng.integers(len(visemes), size=2)
     pose = rng.uniform(0.4, 1.3) * visemes[a] + rng.uniform(0, 0.6) * visemes[b]
     if rng.random() < 0.5:

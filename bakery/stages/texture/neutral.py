@@ -31,7 +31,7 @@ class Prepared:
     hair: np.ndarray  # [T, T, 4] float32 linear, colour multiplied by alpha
 
 
-def prepare(photo, landmarks, fit, neutral, head, cover, resolution):
+def prepare(photo, landmarks, fit, neutral, head, cover, resolution, hair=hair_layer):
     """Complete T_0, the eyes and the hair of one person.
 
     Args:
@@ -41,6 +41,7 @@ def prepare(photo, landmarks, fit, neutral, head, cover, resolution):
         neutral: [V, 3] mm, the fitted neutral shape with its residual warp.
         cover: Cover of the photo.
         resolution: T.
+        hair: what makes the hair, as `hair.base.Hair.layer`.
 
     Returns:
         Prepared.
@@ -71,7 +72,7 @@ def prepare(photo, landmarks, fit, neutral, head, cover, resolution):
     texture = atlas.fill_gutter(texture.reshape(resolution, resolution, 3))
     lids = lid_skin(head, neutral, texture, atlas)
     turn = rotation.matrix(fit.camera.rotation)
-    hair = atlas.fill_gutter(hair_layer(image, cover, head, on_skin, sight))
+    over = atlas.fill_gutter(hair(image, cover, head, on_skin, sight))
     return Prepared(
         Subject(
             head,
@@ -85,7 +86,7 @@ def prepare(photo, landmarks, fit, neutral, head, cover, resolution):
         ),
         source.reshape(resolution, resolution),
         skin.facing,
-        lay_lashes(hair, texture, head, white),
+        lay_lashes(over, texture, head, white),
     )
 
 

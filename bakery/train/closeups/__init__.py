@@ -16,6 +16,7 @@ from bakery import landmarks as marks
 from bakery.detectors.blocks import CloseupNet, fold
 from bakery.detectors.closeups import SIDE
 from bakery.errors import ModelError
+from bakery.settings import SEEDS, Settings, setting
 from bakery.synth import skins as skins_of_people
 from bakery.synth.quick import make_stage
 from bakery.train import runs
@@ -28,19 +29,25 @@ RIM = 3.0  # what a point of these counts in the loss, over one of the skin arou
 
 
 @dataclass(frozen=True)
-class CloseupOptions:
-    quick: int = 230  # people of the quick painter
-    careful: int = 98  # people of the careful painter
-    frames: int = 8  # painted of each by the quick painter, half as many by the careful one
-    copies: int = 2  # cameras that look at each frame
-    photo_copies: int = 5  # and at each photograph
-    held: int = 16  # every so many people, one is measured and not learned from
-    steps: int = 1600
-    batch: int = 64
-    rate: float = 2e-3
-    average: float = 0.995  # of the weights that ship
-    log_every: int = 100
-    seed: int = 0
+class CloseupOptions(Settings):
+    """How the close-up networks are trained."""
+
+    quick: int = setting(230, "people of the quick painter", 0, 100000)
+    careful: int = setting(98, "people of the careful painter", 0, 100000)
+    frames: int = setting(
+        8, "painted of each by the quick painter, half as many by the careful one", 2, 1000
+    )
+    copies: int = setting(2, "cameras that look at each frame", 1, 100)
+    photo_copies: int = setting(5, "cameras that look at each photograph", 1, 100)
+    held: int = setting(16, "every so many people, one is measured and not learned from", 2, 100000)
+    steps: int = setting(1600, "of training", 1, 10**7)
+    batch: int = setting(64, "crops a step", 1, 65536)
+    rate: float = setting(2e-3, "of learning", 0, 1)
+    average: float = setting(
+        0.995, "how much of the old stays at each step in the weights that ship", 0, 1
+    )
+    log_every: int = setting(100, "steps", 1, 10**7)
+    seed: int = setting(0, "of all chance", 0, SEEDS)
 
 
 def collect(run, head, skins, photos, dense, options, progress=None):

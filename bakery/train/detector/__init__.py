@@ -19,7 +19,8 @@ from torch.utils.data import DataLoader, Subset
 
 from bakery.detectors import frames
 from bakery.detectors.blocks import FinderNet, PointsNet, fold
-from bakery.errors import InputError, ModelError
+from bakery.errors import ModelError
+from bakery.settings import SEEDS, Settings, setting
 from bakery.train import dataset, runs
 from bakery.train.backgrounds import Backgrounds
 from bakery.train.detector.losses import finder_loss, point_errors, points_loss
@@ -31,24 +32,26 @@ NETWORKS = {"finder": FinderNet, "points": PointsNet}
 
 
 @dataclass(frozen=True)
-class DetectorOptions:
-    network: str = "points"  # "points" or "finder"
-    steps: int = 8000
-    batch: int = 32  # samples a step
-    rate: float = 1.5e-3  # of learning, after a warm-up of 200 steps
-    decay_from: float = 0.5  # share of the steps after which the rate falls to zero
-    average: float = 0.998  # of the weights that ship: how much of the old stays at each step
-    weight_decay: float = 1e-4
-    held_out: int = 0  # people at the end of the folder kept for measuring
-    background_count: int = 400  # procedural pictures
-    log_every: int = 50  # steps
-    save_every: int = 200  # steps
-    workers: int = 1  # processes that paint samples
-    seed: int = 0
+class DetectorOptions(Settings):
+    """How one of the detector's networks is trained."""
 
-    def __post_init__(self):
-        if self.network not in NETWORKS:
-            raise InputError(f"network {self.network!r} is unknown; give one of {list(NETWORKS)}")
+    network: str = setting("points", "which", choices=tuple(NETWORKS))
+    steps: int = setting(8000, "of training", 1, 10**7)
+    batch: int = setting(32, "samples a step", 1, 65536)
+    rate: float = setting(1.5e-3, "of learning, after a warm-up of 200 steps", 0, 1)
+    decay_from: float = setting(
+        0.5, "share of the steps after which the rate falls to zero", 0, 0.999
+    )
+    average: float = setting(
+        0.998, "how much of the old stays at each step in the weights that ship", 0, 1
+    )
+    weight_decay: float = setting(1e-4, "of Adam", 0, 1)
+    held_out: int = setting(0, "people at the end of the folder kept for measuring", 0, 10**6)
+    background_count: int = setting(400, "procedural pictures", 0, 10**6)
+    log_every: int = setting(50, "steps", 1, 10**7)
+    save_every: int = setting(200, "steps", 1, 10**7)
+    workers: int = setting(1, "processes that paint samples", 0, 256)
+    seed: int = setting(0, "of all chance", 0, SEEDS)
 
 
 def train(run, photos, dense, options=DetectorOptions(), rendered=(), backgrounds=()):

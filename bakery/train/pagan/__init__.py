@@ -21,14 +21,16 @@ from torch import distributed, nn
 from torch.utils.data import DataLoader, Subset
 
 from bakery.detectors.blocks import unfold
-from bakery.errors import InputError, ModelError
+from bakery.errors import InputError, ModelError, UsageProblem
 from bakery.generators import pagan as generator
-from bakery.generators.unet import HEADS, INPUTS, NetworkOptions, UNet, interpret, network_input
+from bakery.generators.unet import INPUTS, NetworkOptions, UNet, interpret, network_input
+from bakery.settings import SEEDS, Settings, setting
 from bakery.train import runs
 from bakery.train.pagan import losses
 from bakery.train.pagan.data import NOMINAL, Cropping, Pairs, Samples, tensors
 
 log = logging.getLogger(__name__)
+LOSS = (0, 1e4)  # range of the weight of a loss
 # What may change when a run goes on; so a run can begin without a discriminator and get one later.
 FREE = (
     "steps", "shares", "adversarial", "adversarial_from", "judge_alone", "log_every", "save_every",
@@ -37,46 +39,54 @@ FREE = (
 
 
 @dataclass(frozen=True)
-class PaganOptions:
-    steps: int = 20000
-    batch: int = 8  # crops a step
-    rate: float = 1e-3  # of learning, after a warm-up of 100 steps
-    decay_from: float = 0.5  # share of the steps after which the rate falls to zero
-    weight_decay: float = 1e-4
-    average: float = 0.998  # of the weights that ship: how much of the old stays at each step
-    pixel: float = 10.0  # weight of the L1 loss, as in paGAN
-    identity: float = 0.15  # of the identity loss, as in paGAN; needs features and crop.whole > 0
-    adversarial: float = 1.0  # of the adversarial loss, as in paGAN
-    adversarial_from: int = -1  # step from which on there is a judge; -1: never
-    judge_alone: int = 300  # steps that it learns before the generator hears of it
-    judge_channels: int = 32  # of its first layer
-    detail: float = 10.0  # of the L1 loss of gradients
-    structure: float = 0.0  # of one minus the structural similarity
-    alpha: float = 0.5  # of the mean alpha on skin
-    smooth: float = 0.5  # of the roughness of the ratio on skin
+class PaganOptions(Settings):
+    """How the generator is trained; losses as in paGAN."""
+
+    steps: int = setting(20000, "of training", 1, 10**7)
+    batch: int = setting(8, "crops a step", 1, 65536)
+    rate: float = setting(1e-3, "of learning, after a warm-up of 100 steps", 0, 1)
+    decay_from: float = setting(
+        0.5, "share of the steps after which the rate falls to zero", 0, 0.999
+    )
+    weight_decay: float = setting(1e-4, "of Adam", 0, 1)
+    average: float = setting(
+        0.998, "how much of the old stays at each step in the weights that ship", 0, 1
+    )
+    pixel: float = setting(10.0, "weight of the L1 loss", *LOSS)
+    identity: float = setting(
+        0.15, "weight of the identity loss; needs features and crop.whole > 0", *LOSS
+    )
+    adversarial: float = setting(1.0, "weight of the adversarial loss", *LOSS)
+    adversarial_from: int = setting(-1, "step from which on there is a judge; -1: never", -1, 10**7)
+    judge_alone: int = setting(
+        300, "steps that the judge learns before the generator hears of it", 0, 10**7
+    )
+    judge_channels: int = setting(32, "of the judge's first layer", 1, 1024)
+    detail: float = setting(10.0, "weight of the L1 loss of gradients", *LOSS)
+    structure: float = setting(0.0, "weight of one minus the structural similarity", *LOSS)
+    alpha: float = setting(0.5, "weight of the mean alpha on skin", *LOSS)
+    smooth: float = setting(0.5, "weight of the roughness of the ratio on skin", *LOSS)
     crop: Cropping = field(default_factory=Cropping)
     network: NetworkOptions = field(default_factory=NetworkOptions)
-    shares: tuple[float, ...] = ()  # of the samples from each folder; empty: equal
-    held_out: int = 8  # every so-manieth subject is kept for measuring; 0: none
-    memory: int = 1500  # MiB of decoded pairs that are kept
-    log_every: int = 50  # steps
-    save_every: int = 200
-    sheet_every: int = 1000
-    workers: int = 0  # processes that cut crops
-    threads: int = 0  # of torch; 0: as many as it likes
-    seed: int = 0
-    begin: str = ""  # weights as they ship to begin from; their normalisation stays as it is
+    shares: tuple[float, ...] = setting(
+        (), "of the samples from each folder; empty: equal", 0, 1e6, count=(0, 1000)
+    )
+    held_out: int = setting(8, "every so-manieth subject is kept for measuring; 0: none", 0, 10**6)
+    memory: int = setting(1500, "decoded pairs that are kept", 0, 2**20, unit="MiB")
+    log_every: int = setting(50, "steps", 1, 10**7)
+    save_every: int = setting(200, "steps", 1, 10**7)
+    sheet_every: int = setting(1000, "steps", 1, 10**7)
+    workers: int = setting(0, "processes that cut crops", 0, 256)
+    threads: int = setting(0, "of torch; 0: as many as it likes", 0, 1024)
+    seed: int = setting(0, "of all chance", 0, SEEDS)
+    begin: str = setting(
+        "", "weights as they ship to begin from; their normalisation stays as it is"
+    )
 
     def __post_init__(self):
-        if self.network.head not in HEADS:
-            raise InputError(f"network.head {self.network.head!r} is unknown; give one of {HEADS}")
-        unknown = sorted(set(self.network.inputs) - set(INPUTS))
-        if unknown:
-            raise InputError(
-                f"network.inputs: unknown {', '.join(unknown)}; known: {', '.join(INPUTS)}"
-            )
+        super().__post_init__()
         if self.crop.size % 2 ** len(self.network.channels):
-            raise InputError(
+            raise UsageProblem(
                 f"crop.size {self.crop.size}: must be a multiple of "
                 f"{2 ** len(self.network.channels)} for {len(self.network.channels)} levels"
             )

@@ -12,6 +12,7 @@ from bakery.generators.interior import FRAME_SCALE, interior_shade
 from bakery.generators.unet import input_layers
 from bakery.heads.base import PARTS
 from bakery.landmarks import EYES, LIPS, LIPS_OUTER
+from bakery.settings import Settings, setting
 from bakery.synth.pairs import Shard, shards_of
 
 UNIT = 16  # of the weight plane: what a pixel of plain skin counts
@@ -20,18 +21,20 @@ SCALES = 0.12  # a crop's window is up to so much larger or smaller than the cro
 
 
 @dataclass(frozen=True)
-class Cropping:
+class Cropping(Settings):
     """What part of a pair a sample shows, and what counts in it."""
 
-    size: int = 256  # pixels a side of a crop; a frame has NOMINAL
-    mouth: float = 0.35  # share of crops around the mouth
-    eyes: float = 0.15  # share around an eye; the rest lies anywhere on the face
-    mouth_weight: float = 4.0  # of a pixel inside the outer lips, plain skin 1
-    eye_weight: float = 2.0
-    whole: float = 0.0  # share of samples that show the whole frame, made smaller
-    # Share of crops that are cut at whole pixels: resampled ones lack the finest detail of frames.
-    exact: float = 0.0
-    color: float = 0.25  # spread of the log-gain of light and skin tone
+    size: int = setting(256, "side of a crop; a frame has 512", 16, 512, unit="pixels")
+    mouth: float = setting(0.35, "share of crops around the mouth", 0, 1)
+    eyes: float = setting(0.15, "share around an eye; the rest lies anywhere on the face", 0, 1)
+    mouth_weight: float = setting(
+        4.0, "of a pixel inside the outer lips, over one of plain skin", 0, 1000
+    )
+    eye_weight: float = setting(2.0, "of a pixel of an eye, over one of plain skin", 0, 1000)
+    whole: float = setting(0.0, "share of samples that show the whole frame, made smaller", 0, 1)
+    # Resampled crops lack the finest detail of frames.
+    exact: float = setting(0.0, "share of crops that are cut at whole pixels", 0, 1)
+    color: float = setting(0.25, "spread of the log-gain of light and skin tone", 0, 5)
 
 
 class Pairs:
