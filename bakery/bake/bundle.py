@@ -8,8 +8,8 @@ from bakery import __version__
 from bakery.bake.fitting import own_head
 from bakery.export import bundle as files
 from bakery.export import manifest as bundles
-from bakery.export.glb import write_glb
-from bakery.export.open import RIG
+from bakery.export.glb import write_glb, write_proxies
+from bakery.export.layout import RIG
 from bakery.export.web import web_files
 from bakery.export.web.files import card_picture, small_picture
 from bakery.formats import image
@@ -43,7 +43,7 @@ def write_bundle(target, baked, options, keep_photo=False, overwrite=False):
     with staged(target, overwrite) as folder:
 
         def heads():
-            levels, carriers = bundles.levels_of_detail(head, neutral)
+            levels, proxies = bundles.levels_of_detail(head, neutral)
             atlas = small_picture(lay_hair(textures.neutral, textures.hair), options.glb)
             picture = image.encode_image(atlas, ".jpg", GLB_QUALITY)
             maker = f"bakery {__version__}"
@@ -51,7 +51,8 @@ def write_bundle(target, baked, options, keep_photo=False, overwrite=False):
             if card_rectangle(head) is not None:
                 sheet = textures.hair[card_texels(head, len(textures.hair))]
                 cards = image.encode_image(card_picture(sheet), ".png")
-            write_glb(folder / "head.glb", levels, carriers, EXPRESSIONS, picture, cards, maker)
+            write_glb(folder / "head.glb", levels, EXPRESSIONS, picture, cards, maker)
+            write_proxies(folder / "proxies.glb", proxies, EXPRESSIONS, maker)
             modes = np.zeros((0, *neutral.shape), np.float32)
             save_head(folder / RIG, replace(head, mean=neutral, identity_basis=modes))
             return levels
@@ -72,7 +73,5 @@ def write_bundle(target, baked, options, keep_photo=False, overwrite=False):
 
         jobs = (preview, web, pictures, heads)
         _, table, _, levels = side_by_side(lambda job: job(), jobs)
-        manifest = bundles.manifest(baked, levels, table)
-        if keep_photo:
-            manifest["photo"] = "photo.png"
-        files.write_manifest(folder, manifest)
+        listed = files.list_files(folder)
+        files.write_manifest(folder, bundles.manifest(baked, levels, table, listed))

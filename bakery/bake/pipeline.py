@@ -233,7 +233,7 @@ def _bundle(
         masks,
         seen.findings,
         textures.maker,
-        seen.landmarks.maker.name,
+        seen.landmarks.maker,
     )
     write_bundle(
         request.output, baked, request.options.bundle, request.keep_photo, request.overwrite

@@ -37,14 +37,14 @@ def head_surfaces(head, neutral):
         neutral: [V, 3] mm.
 
     Returns:
-        surfaces of the head itself, and those of the carriers.
+        surfaces of the head itself, and those of the proxies.
     """
     neutral = np.asarray(neutral, np.float32)
     shapes = shape_displacements(head, neutral)
     inside = [cut_surface(head, neutral, shapes, name, parts) for name, parts in MATERIALS.items()]
-    carriers = [cut_surface(head, neutral, shapes, name, (name,)) for name in CARRIERS]
+    proxies = [cut_surface(head, neutral, shapes, name, (name,)) for name in CARRIERS]
     inside = [_on_own_picture(piece, card_rectangle(head)) for piece in inside if piece]
-    return inside, [piece for piece in carriers if piece]
+    return inside, [piece for piece in proxies if piece]
 
 
 def _on_own_picture(piece, box):

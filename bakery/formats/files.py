@@ -32,8 +32,13 @@ def digest_file(path):
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def read_bytes(path, largest=LARGEST):
+def read_bytes(path, largest=LARGEST, first=-1):
     """The bytes of an ordinary file.
+
+    Args:
+        path: the file.
+        largest: bytes that it may have.
+        first: read no more than so many; -1 for all.
 
     Raises:
         InputError: missing, a folder or a device, empty, unreadable, or above `largest` bytes.
@@ -49,7 +54,7 @@ def read_bytes(path, largest=LARGEST):
                 raise InputError(
                     f"{path}: {about.st_size / 2**20:.0f} MiB; at most {largest / 2**20:.0f} MiB are read"
                 )
-            data = file.read()
+            data = file.read(first)
     except FileNotFoundError:
         raise InputError(f"{path}: no such file; check the path") from None
     except IsADirectoryError:

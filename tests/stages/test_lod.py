@@ -78,11 +78,9 @@ def test_glb_is_valid_and_named(tmp_path):
     texture = encode_image(np.full((16, 16, 3), 0.5), ".jpg")
     path = tmp_path / "head.glb"
     cards = encode_image(np.full((4, 8, 4), 0.5), ".png")
-    sheet, tear, lashes = (
-        Surface(**{**dome(8).__dict__, "name": name}) for name in ("mouth_sheet", "tear", "lashes")
-    )
+    tear, lashes = (Surface(**{**dome(8).__dict__, "name": name}) for name in ("tear", "lashes"))
     levels = [[surface, tear, lashes], [simplify(surface, 0.2)]]
-    write_glb(path, levels, [sheet], EXPRESSIONS, texture, cards, "bakery test")
+    write_glb(path, levels, EXPRESSIONS, texture, cards, "bakery test")
     document = pygltflib.GLTF2().load(str(path))
     assert document.meshes[0].extras["targetNames"] == list(EXPRESSIONS)
     assert all(len(p.targets) == 52 for mesh in document.meshes for p in mesh.primitives)
@@ -90,7 +88,7 @@ def test_glb_is_valid_and_named(tmp_path):
     assert set(clear) == {"tear", "lashes"} and all(one.doubleSided for one in clear.values())
     assert all(one.pbrMetallicRoughness.baseColorTexture.index == 1 for one in clear.values())
     first = path.read_bytes()
-    write_glb(path, levels, [sheet], EXPRESSIONS, texture, cards, "bakery test")
+    write_glb(path, levels, EXPRESSIONS, texture, cards, "bakery test")
     assert path.read_bytes() == first
     assert issues_of(path)["numErrors"] == 0
 
