@@ -22,8 +22,13 @@ class MaskOptions(Settings):
 class BundleOptions(Settings):
     """What goes into the bundle."""
 
-    glb: int = setting(
-        1024, "side of the texture inside head.glb, at most", 64, 4096, unit="texels"
+    formats: tuple[str, ...] = setting(
+        ("glb", "proxies", "preview", "web"),
+        "what goes along besides textures and head, by exporters",
+        count=(0, 20),
+    )
+    side: int = setting(
+        1024, "side of the textures in other formats, at most", 64, 4096, unit="texels"
     )
     web: WebOptions = field(default_factory=WebOptions)
 

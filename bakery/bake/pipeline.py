@@ -32,7 +32,7 @@ from bakery.plugins import maker_of, plug_in
 from bakery.stages.assess import Finding
 from bakery.stages.detect import face_size
 from bakery.stages.segment import Segmentation
-from bakery.types import Fit, Landmarks, Photo, Textures
+from bakery.types import Fit, Landmarks, Maker, Photo, Textures
 
 Progress = Callable[[str, int, int], None]
 
@@ -234,6 +234,7 @@ def _bundle(
         seen.findings,
         textures.maker,
         seen.landmarks.maker,
+        _recipe(request, seen.photo, seen.landmarks, head, textures.maker),
     )
     write_bundle(
         request.output, baked, request.options.bundle, request.keep_photo, request.overwrite
@@ -241,19 +242,32 @@ def _bundle(
 
 
 def recipe(request: Request) -> str:
+    """The recipe of the bundle that a request makes; reads the photo and finds the face.
+
+    Raises:
+        BakeryError: what `build` would refuse before it fits.
+    """
+    given = landmarks_file(request.landmarks, request.photo)
+    photo, face = one_face(request.photo, request.frame, given, request.face, request.detector)
+    face = record.rounded_face(photo, face)
+    maker = maker_of("generators", plug_in("generators", request.generator))
+    return _recipe(request, photo, face, load_head(request.head), maker)
+
+
+def _recipe(
+    request: Request, photo: Photo, landmarks: Landmarks, head: HeadModel, painter: Maker
+) -> str:
     """SHA-256 over everything that a bundle's content depends on; the manifest keeps it.
 
     A bundle of the same recipe would come out the same, so that it need not be baked again.
     """
-    given = landmarks_file(request.landmarks, request.photo)
     return key_of(
         source_digest(),
-        digest_file(request.photo),
-        request.frame,
-        request.face,
-        digest_file(given) if given else _maker("detectors", request.detector),
-        load_head(request.head).digest,
-        _maker("generators", request.generator),
+        photo.sha256,
+        asdict(landmarks.maker),
+        np.round(landmarks.points, 3).tolist(),
+        head.digest,
+        asdict(painter),
         _maker("hair", request.hair),
         read_targets(request.expressions).digest,
         asdict(request.options),

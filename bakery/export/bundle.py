@@ -8,7 +8,7 @@ import numpy as np
 
 from bakery.errors import BundleError
 from bakery.export import hostile, schema
-from bakery.export.layout import PICTURES, ROLES, gaze_parts, mouth_grid, mouth_parts
+from bakery.export.layout import PICTURES, ROLES, WEB, gaze_parts, mouth_grid, mouth_parts
 from bakery.formats import exr, record
 from bakery.formats.files import digest, digest_file, read_bytes, write_bytes
 from bakery.formats.place import MANIFEST
@@ -69,7 +69,7 @@ def list_files(folder):
     return [
         {
             "path": name,
-            "role": ROLES.get(name, "web"),
+            "role": ROLES.get(name, "web" if name.startswith(f"{WEB}/") else "other"),
             "bytes": path.stat().st_size,
             "sha256": digest_file(path),
         }

@@ -19,18 +19,28 @@ IPTC = "http://cv.iptc.org/newscodes/digitalsourcetype/"
 
 
 def levels_of_detail(head, neutral):
-    """The head at each share of its triangles.
+    """The head at each share of its triangles: a list of Surfaces a level, finest first.
 
-    Returns:
-        a list of Surfaces a level, finest first; the Surfaces of the proxies. Seen from so far that
-        the coarsest level will do, lashes are gone.
+    Seen from so far that the coarsest level will do, lashes are gone.
     """
-    surfaces, proxies = head_surfaces(head, neutral)
+    surfaces = head_surfaces(head, neutral)
     levels = []
     for share in SHARES:
         shown = [piece for piece in surfaces if share >= COARSE or piece.name not in CARDS]
         levels.append([simplify(piece, share) for piece in shown])
-    return levels, proxies
+    return levels
+
+
+def describe_levels(levels):
+    """What the manifest says of the levels of detail in head.glb."""
+    return [
+        {
+            "node": f"head_lod{number}",
+            "vertices": sum(len(piece.vertices) for piece in level),
+            "triangles": sum(len(piece.faces) for piece in level),
+        }
+        for number, level in enumerate(levels)
+    ]
 
 
 def channels(head, textures, masks):
@@ -71,15 +81,15 @@ class Baked:
     findings: list  # of assess.Finding
     generator: Maker  # of the textures
     detector: Maker  # of the landmarks
+    recipe: str = ""  # SHA-256 over all that the bundle depends on; "" if unknown
 
 
-def manifest(baked, levels, web, listed):
+def manifest(baked, exported, listed):
     """Everything that avatar.json says, but for its digest of itself.
 
     Args:
         baked: Baked.
-        levels: from `levels_of_detail`.
-        web: table of export.web.web_files.
+        exported: what each exporter says for the manifest, a list of tables.
         listed: the bundle's files, from export.bundle.list_files.
     """
     head = baked.head
@@ -91,14 +101,7 @@ def manifest(baked, levels, web, listed):
         "expressions": list(EXPRESSIONS),
         **_textures_table(baked.textures, baked.masks),
         "uv": {name: [round(x, 6) for x in box] for name, box in head.uv_rectangles.items()},
-        "lods": [
-            {
-                "node": f"head_lod{number}",
-                "vertices": sum(len(piece.vertices) for piece in level),
-                "triangles": sum(len(piece.faces) for piece in level),
-            }
-            for number, level in enumerate(levels)
-        ],
+        "lods": [],
         "head": {
             "name": head.name,
             "licence": head.licence,
@@ -109,10 +112,21 @@ def manifest(baked, levels, web, listed):
         "channels": channels(head, baked.textures, baked.masks),
         "warnings": [vars(finding) for finding in baked.findings],
         "provenance": _provenance(baked),
-        "web": web,
         **({"photo": photo[0]} if photo else {}),
+        **_said(exported),
         "files": listed,
     }
+
+
+def _said(exported):
+    """What the exporters say, as one table; the extras of several stand side by side."""
+    out = {}
+    for table in exported:
+        extras = out.get("extras", {}) | table.get("extras", {})
+        out |= table
+        if extras:
+            out["extras"] = extras
+    return out
 
 
 def _fit_table(fit):
@@ -134,6 +148,7 @@ def _provenance(baked):
         "generator": baked.generator.name,
         "detector": baked.detector.name,
         "models": {"generator": _model(baked.generator), "detector": _model(baked.detector)},
+        **({"recipe": baked.recipe} if baked.recipe else {}),
         "digitalSourceType": IPTC + baked.generator.source_type,
         "licences": {
             "bakery": "Apache-2.0",

@@ -18,7 +18,6 @@ from bakery.types import EXPRESSIONS
 
 MOST = 50  # findings that are listed
 NEEDED = (
-    "head.glb",
     RIG,
     "face.exr",
     "masks.exr",
@@ -26,9 +25,7 @@ NEEDED = (
     "hair.exr",
     "gaze.exr",
     "mouth.exr",
-    "preview.png",
 )
-NEEDED_SINCE = {"proxies.glb": 1}  # minor versions
 CLOSE = 1e-4  # chromaticities
 
 
@@ -96,8 +93,7 @@ def _file_problems(folder, manifest):
             found.append(f"{name}: {trouble}")
         else:
             good.append(name)
-    minor = schema.read_version(MANIFEST, manifest)
-    needed = [*NEEDED, *(name for name, since in NEEDED_SINCE.items() if minor >= since)]
+    needed = [*NEEDED, *(["head.glb"] if manifest["lods"] else [])]
     needed += [atlas["file"] for atlas in manifest.get("web", {}).values()]
     needed += [manifest["photo"]] if "photo" in manifest else []
     found += [f"{name}: missing from the list of files" for name in needed if name not in listed]

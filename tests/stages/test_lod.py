@@ -106,7 +106,7 @@ def eyeball_pixels(surfaces, weights):
 
 
 def test_the_coarsest_head_opens_and_shuts_its_eyes(head):
-    surfaces, _ = head_surfaces(head, head.mean)
+    surfaces = head_surfaces(head, head.mean)
     surfaces = [surface for surface in surfaces if surface.name in ("skin", "eyes")]
     rest, shut = np.zeros(len(EXPRESSIONS)), np.zeros(len(EXPRESSIONS))
     shut[[EXPRESSIONS.index("eyeBlinkLeft"), EXPRESSIONS.index("eyeBlinkRight")]] = 1
@@ -120,7 +120,7 @@ def test_the_coarsest_head_opens_and_shuts_its_eyes(head):
 
 def test_cards_stay_whole_and_are_left_out_at_last(head):
     """Alpha lies at the borders of a card, which a simplification may not move."""
-    levels, _ = levels_of_detail(*with_lashes(head, head.mean))
+    levels = levels_of_detail(*with_lashes(head, head.mean))
     sizes = [{piece.name: len(piece.faces) for piece in level} for level in levels]
     assert sizes[0]["lashes"] == sizes[1]["lashes"] == sizes[2]["lashes"] > 200
     assert "lashes" not in sizes[-1] and "tear" not in sizes[-1]
