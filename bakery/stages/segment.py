@@ -14,6 +14,7 @@ import numpy as np
 
 from bakery import landmarks
 from bakery.check import check_array
+from bakery.errors import FitError
 from bakery.stages import segment_prior as prior
 from bakery.stages.segment_models import LAB_BINS, GuidedFilter, histogram, lab_bins
 from bakery.stages.segment_overlays import find_cover, find_eyewear, find_strands
@@ -56,7 +57,8 @@ def segment(encoded, points, options=SegmentOptions()):
         Segmentation: labels are background wherever more than about 1.4 face sizes from the face.
 
     Raises:
-        ValueError: a wrong shape, or points without extent.
+        ValueError: a wrong shape.
+        FitError: points without extent, or outside the photo.
     """
     check_array("encoded", encoded, (None, None, 3))
     points = np.asarray(points, np.float64)[:, :2]
@@ -123,7 +125,10 @@ def _frame_box(to_frame, shape):
     low = np.clip(np.floor(corners.min(0)).astype(int), 0, limit)
     high = np.clip(np.ceil(corners.max(0)).astype(int), 0, limit)
     if (high <= low).any():
-        raise ValueError("points: all outside the photo; needs points in pixels of this photo")
+        raise FitError(
+            "all landmarks lie outside the photo, pixels of this photo are needed; check the "
+            "landmark file"
+        )
     return *low, *high
 
 
@@ -257,7 +262,7 @@ def _bare_brows(skin, points):
     for contour in (landmarks.BROW_RIGHT, landmarks.BROW_LEFT):
         brow = points[list(contour)]
         above = _hull(brow - [0, 0.1 * prior.FACE]) & ~_hull(brow)
-        if skin[above].mean() > 0.6:
+        if above.any() and skin[above].mean() > 0.6:
             bare |= cv2.dilate(_hull(brow).astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
     return bare
 
