@@ -50,13 +50,14 @@ golden: $(READY) ## accept today's pictures as the golden ones
 bench: $(READY) ## measure speed and memory; append a line to tests/bench/results.csv
 	$(RUN)/python tests/bench/bench.py '$(SAMPLE)'
 
+# The flags go through the environment, so that they may hold quotes.
+avatars: export WITH := $(FLAGS)
 avatars: $(READY) ## bake every portrait of PHOTOS=folder into OUT=folder; -j2 bakes two at once
-	@mkdir -p '$(OUT)'
-	@$(RUN)/python -m bakery.cli.avatars_makefile '$(PHOTOS)' '$(OUT)' '$(abspath $(RUN)/bakery)' '$(FLAGS)' > '$(OUT)/.avatars.mk'
+	@$(RUN)/python -m bakery.cli.avatars_makefile '$(PHOTOS)' '$(OUT)' '$(abspath $(RUN)/bakery)' "$$WITH"
 	+@$(MAKE) --no-print-directory --keep-going -f '$(OUT)/.avatars.mk' all
 
 samples: $(READY) ## paint the synthetic portraits of samples/ again
-	$(RUN)/bakery synth samples -o samples
+	$(RUN)/bakery synth samples -o samples --overwrite
 
 viewer: ## build the page of `bakery preview` again (needs node and npm)
 	cd bakery/runtime/viewer && npm ci --no-audit --no-fund --silent && npm run --silent build

@@ -1,4 +1,4 @@
-"""Errors that the user can mend. The command line shows each as one line and exits with 1."""
+"""Errors that the user can mend. The command line shows each as one line and exits with 1 or 2."""
 
 
 class BakeryError(Exception):
@@ -7,6 +7,10 @@ class BakeryError(Exception):
 
 class InputError(BakeryError):
     """A file, folder or option cannot be used as it is."""
+
+
+class UsageProblem(InputError):
+    """An option or a preset asks for what there is not: wrong usage, exit code 2."""
 
 
 class FitError(BakeryError):
@@ -19,3 +23,29 @@ class ModelError(BakeryError):
 
 class BundleError(BakeryError):
     """A bundle is incomplete, damaged or unsafe."""
+
+
+def nearest(name, known):
+    """The known name that is most like a mistyped one, or None; upper and lower case are alike."""
+    from difflib import get_close_matches
+
+    by_lower = {str(word).lower(): str(word) for word in known}
+    return next(
+        (by_lower[near] for near in get_close_matches(str(name).lower(), by_lower, 1)), None
+    )
+
+
+def no_such(what, name, known, advice=""):
+    """The UsageProblem for a name that is not known.
+
+    Args:
+        what: begins the message, such as "no preset".
+        known: the names there are; they are listed unless they are many and one is near.
+        advice: ends the message.
+    """
+    known = [str(word) for word in known]
+    near = nearest(name, known)
+    says = [f"{what} '{name:.60}'"] + [f"did you mean '{near}'?"] * (near is not None)
+    if near is None or len(known) <= 12:
+        says.append(f"known: {', '.join(known) or 'none'}")
+    return UsageProblem("; ".join(says + [advice] * bool(advice)).replace("?;", "?"))

@@ -31,6 +31,16 @@ EXPRESSION_INDEX = {name: index for index, name in enumerate(EXPRESSIONS)}
 
 
 @dataclass(frozen=True)
+class Maker:
+    """What made a result: a plug-in, told from every other version of itself."""
+
+    name: str
+    version: str = ""  # of the package that it came from
+    sha256: str = ""  # over the weights or other data that its answers depend on
+    source_type: str = ""  # IPTC digital source type of what a generator makes
+
+
+@dataclass(frozen=True)
 class Photo:
     """A decoded picture, upright, in Rec.709 primaries."""
 
@@ -51,6 +61,7 @@ class Landmarks:
     score: float  # 0..1, how sure the finder is that this is a face
     points: np.ndarray  # [L, 2] pixels of the upright photo
     confidence: np.ndarray  # [L] 0..1
+    maker: Maker = Maker("given")  # the detector
 
     def __post_init__(self):
         check_array("Landmarks.box", self.box, (4,))
@@ -91,6 +102,7 @@ class Fit:
     seconds: float = 0.0  # of the fit alone
     focal_source: str = "default"  # "exif" or "default"
     diagnostics: dict = field(default_factory=dict)  # measured numbers, for warnings
+    head_sha256: str = ""  # over all numbers of the head model; "" if unknown
 
     def __post_init__(self):
         check_array("Fit.identity", self.identity, (None,))
@@ -151,3 +163,5 @@ class Textures:
     mouths: np.ndarray  # [M, h, w, 3] float16: the mouth sheet
     mouth_landmarks: np.ndarray  # [M, n, 2] see runtime.mouth
     mouth_weights: np.ndarray  # [M, E] pose of each
+    maker: Maker = Maker("unknown")  # the generator
+    made_from: str = ""  # SHA-256 over photo, landmarks, fit and head; "" if unknown

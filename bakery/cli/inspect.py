@@ -21,7 +21,7 @@ def inspect(bundle, as_json):
     bakery inspect portrait.avatar
     bakery inspect portrait.avatar --json | jq .warnings
     """
-    from bakery.formats.bundle import read_manifest, summary
+    from bakery.export.bundle import read_manifest, summary
 
     manifest = read_manifest(bundle)
     if as_json:
@@ -44,7 +44,7 @@ def validate(bundle, as_json):
     \b
     bakery validate portrait.avatar
     """
-    from bakery.formats.validate import problems
+    from bakery.export.validate import problems
 
     found = problems(bundle)
     if as_json:

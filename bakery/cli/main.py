@@ -10,15 +10,17 @@ import sys
 import click
 
 from bakery import __version__
-from bakery.errors import BakeryError
+from bakery.cli.group import Group, Interrupted
+from bakery.errors import BakeryError, ModelError, UsageProblem
 
 COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of the bake
     "build": ("build", "Bake a portrait into an avatar bundle."),
-    "detect": ("stages", "Find faces and their 478 landmarks."),
-    "fit": ("stages", "Fit the head model to photos."),
-    "textures": ("stages", "Paint the textures of one fit."),
-    "masks": ("stages", "Draw the activation masks of a head model."),
-    "pack": ("stages", "Pack fit, textures and masks into a bundle."),
+    "detect": ("detect", "Find faces and their 478 landmarks."),
+    "segment": ("segment", "Label the pixels of photos: skin, hair, clothes ..."),
+    "fit": ("fit", "Fit the head model to photos."),
+    "texture": ("texture", "Paint the textures of one fit."),
+    "mask": ("texture", "Draw the activation masks of a head model."),
+    "bundle": ("bundle", "Pack fit, textures and masks into a bundle."),
     "inspect": ("inspect", "Say what a bundle holds."),
     "validate": ("inspect", "Check a bundle; list what is wrong with it."),
     "preview": ("preview", "Write a page that plays an avatar in a browser."),
@@ -28,6 +30,8 @@ COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of th
     "track": ("track", "Follow the face in a clip; write a take."),
     "animate": ("animate", "Play a take into a video."),
     "retarget": ("animate", "Change a take: rest, strength."),
+    "shapes": ("shapes", "List the shapes and named expressions."),
+    "presets": ("presets", "List presets and all settings."),
     "heads": ("heads", "List, show and import head models."),
     "doctor": ("doctor", "Check this installation."),
     "synth": ("synth", "Paint synthetic portraits."),
@@ -35,22 +39,64 @@ COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of th
     "evaluate": ("evaluate", "Measure the project on photographs."),
 }
 
+FORMER = {"textures": "texture", "masks": "mask", "pack": "bundle"}  # names until 0.1
 
-class LazyGroup(click.Group):
+DISK = (  # what a disk, or a person's choice of a path, may answer anywhere
+    errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.ENAMETOOLONG,
+    errno.ENOTDIR, errno.EISDIR, errno.EIO, errno.ELOOP,
+)  # fmt: skip
+
+
+class LazyGroup(Group):
     """A group whose commands are imported when they are called."""
 
     def list_commands(self, context):
-        return list(COMMANDS)
+        return [*COMMANDS, *_others()]
 
     def get_command(self, context, name):
+        name = FORMER.get(name, name)
         if name not in COMMANDS:
-            return None
+            return _plugged_in(name)
         module = importlib.import_module(f"bakery.cli.{COMMANDS[name][0]}")
         return getattr(module, name)
+
+    def shell_complete(self, context, incomplete):
+        from click.shell_completion import CompletionItem
+
+        return [
+            CompletionItem(name, help=about)
+            for name, (_, about) in COMMANDS.items()
+            if name.startswith(incomplete)
+        ] + click.Command.shell_complete(self, context, incomplete)
 
     def format_commands(self, context, formatter):
         with formatter.section("Commands"):
             formatter.write_dl([(name, about) for name, (_, about) in COMMANDS.items()])
+        if others := _others():
+            with formatter.section("Commands of other packages"):
+                formatter.write_dl(
+                    [(name, f"See {entry.dist.name}.") for name, entry in others.items()]
+                )
+
+
+def _others():
+    """Commands that other packages bring: name -> entry point of the group `bakery.commands`."""
+    from importlib.metadata import entry_points
+
+    found = {entry.name: entry for entry in entry_points(group="bakery.commands")}
+    return {name: found[name] for name in sorted(found) if name not in COMMANDS}
+
+
+def _plugged_in(name):
+    """The command of another package, or None."""
+    if name not in _others():
+        return None
+    from bakery.plugins import loaded
+
+    command = loaded("commands", name)
+    if not isinstance(command, click.Command):
+        raise ModelError(f"command '{name}' is no click.Command; mend or uninstall its package")
+    return command
 
 
 @click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
@@ -68,33 +114,35 @@ def bakery(context, verbose, quiet):
 
 
 def main(arguments=None):
-    """Run the command line; errors of the user end in one line and exit code 1 or 2."""
+    """Run the command line; errors of the user end in one line and exit code 1, or 2 for usage."""
     try:
         code = bakery.main(arguments, prog_name="bakery", standalone_mode=False)
     except click.UsageError as error:
         error.show()
         code = 2
+    except UsageProblem as error:
+        code = _one_line(str(error), 2)
     except (BakeryError, click.ClickException) as error:
         code = _one_line(str(error) if isinstance(error, BakeryError) else error.format_message())
-    except (click.Abort, KeyboardInterrupt):
-        _one_line("interrupted; the next run goes on from the finished steps")
-        code = 130
+    except (Interrupted, click.Abort, KeyboardInterrupt) as error:
+        code = _one_line(str(error) or "interrupted", 130)
     except MemoryError:
         code = _one_line("not enough memory; close other programs or lower --resolution")
     except BrokenPipeError:
         sys.stderr.close()  # the reader went away, as `head` does
         code = 1
     except OSError as error:
-        if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM):
+        if error.errno not in DISK:
             raise
-        code = _one_line(
-            f"{error.filename or 'a file'}: {error.strerror}; check the disk and rights"
-        )
+        from bakery.formats.files import disk_error
+
+        where = error.filename or "the standard output or a temporary file"
+        code = _one_line(str(disk_error(where, error)))
     sys.exit(code if isinstance(code, int) else 0)
 
 
-def _one_line(message):
+def _one_line(message, code=1):
     """Print an error; a line break inside a file name must not make two lines of it."""
     text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message)
     click.echo(f"bakery: {text}", err=True)
-    return 1
+    return code

@@ -1,41 +1,72 @@
 """Options that several commands share, and how they talk: stdout for data, stderr for the rest."""
 
-import contextlib
+import importlib
 import logging
 import sys
+import time
 from pathlib import Path
 
 import click
 
+from bakery.cli import complete
+from bakery.cli.group import Group, Interrupted
+from bakery.cli.places import PICTURES, may_bake, may_fill, may_go_on, may_write
+from bakery.cli.progress import progress as shown_progress
 from bakery.errors import InputError
 
-photo = click.argument("photo", type=click.Path(path_type=Path))
-photos = click.argument("photos", nargs=-1, required=True, type=click.Path(path_type=Path))
+__all__ = ["Group", "PICTURES", "may_bake", "may_fill", "may_go_on", "may_write"]
+log = logging.getLogger(__name__)
+PATH = click.Path(path_type=Path)
+SETTINGS = {  # whose settings --set changes -> where its options dataclass is
+    "build": "bakery.bake.options:BuildOptions",
+    "detector": "bakery.train.detector:DetectorOptions",
+    "closeups": "bakery.train.closeups:CloseupOptions",
+    "identity": "bakery.train.identity:IdentityOptions",
+    "pagan": "bakery.train.pagan:PaganOptions",
+}
+
+photo = click.argument("photo", type=PATH)
+photos = click.argument("photos", nargs=-1, required=True, type=PATH)
 overwrite = click.option("--overwrite", is_flag=True, help="Replace what is already there.")
 dry_run = click.option(
     "-n", "--dry-run", is_flag=True, help="Check the input and say what would be done."
 )
 as_json = click.option("--json", "as_json", is_flag=True, help="Write JSON for other programs.")
 head = click.option(
-    "--head", default="makehuman", show_default=True, help="Head model: name or file."
-)
+    "--head", default="makehuman", show_default=True, shell_complete=complete.heads,
+    help="Head model: name or file.",
+)  # fmt: skip
 face = click.option(
     "--face", type=click.IntRange(1), help="Which face, as `detect` counts, from 1."
 )
 landmarks = click.option(
-    "--landmarks",
-    type=click.Path(path_type=Path),
+    "--landmarks", type=PATH,
     help="Take the landmarks from what `bakery detect` wrote (file, or folder of NAME.json).",
-)
+)  # fmt: skip
 preset = click.option(
-    "--preset", default="default", show_default=True, help="Preset: name or TOML file."
-)
-settings = click.option(
-    "--set", "settings", multiple=True, metavar="TABLE.KEY=VALUE", help="Change a preset."
-)
+    "--preset", default="default", show_default=True, shell_complete=complete.presets,
+    help="Preset: name or TOML file; see `bakery presets`.",
+)  # fmt: skip
 generator = click.option(
-    "--generator", default="pagan", show_default=True, help="What paints expressions."
+    "--generator", default="pagan", show_default=True,
+    shell_complete=complete.plug_ins("generators"), help="What paints expressions.",
+)  # fmt: skip
+detector = click.option(
+    "--detector", default="network", show_default=True,
+    shell_complete=complete.plug_ins("detectors"), help="What finds landmarks.",
+)  # fmt: skip
+hair = click.option(
+    "--hair", default="layer", show_default=True, shell_complete=complete.plug_ins("hair"),
+    help="What makes hair; none leaves it off.",
+)  # fmt: skip
+resolution = click.option(
+    "--resolution", type=click.IntRange(512, 4096), help="Texels on a side (1024)."
 )
+fitted = click.option("--fit", "fitted", required=True, type=PATH, help="From `fit`.")
+weights = click.option(
+    "--weights", default="", shell_complete=complete.weights,
+    help="Expression: jawOpen=0.6,mouthSmileLeft=0.8; `bakery shapes` lists the names.",
+)  # fmt: skip
 frame = click.option(
     "--frame",
     type=click.IntRange(0),
@@ -43,6 +74,26 @@ frame = click.option(
     flag_value=0,
     help="Take this frame of an animated picture, from 0; without a number the first.",
 )
+
+
+def settings_of(of):
+    """The option --set for one of SETTINGS."""
+
+    def help_(context, parameter, given):
+        if "help" in given and not context.resilient_parsing:
+            from bakery.preset import as_toml
+
+            click.echo(as_toml(options_class(of)()))
+            context.exit()
+        return given
+
+    return click.option(
+        "--set", "settings", multiple=True, metavar="KEY=VALUE", is_eager=True, callback=help_,
+        shell_complete=complete.settings(of), help="Change a setting; `--set help` lists all.",
+    )  # fmt: skip
+
+
+settings = settings_of("build")
 
 
 def which_face(command):
@@ -55,11 +106,28 @@ def chosen(command):
     return preset(settings(command))
 
 
-class Command(click.Command):
-    """A command with -v and -q, and a --frame that needs no number."""
+def baking(command):
+    """The options that `build` and every single step take, so that one call can be made of parts."""
+    for option in (
+        overwrite, which_face, detector, hair, generator, head, resolution, settings, preset,
+    ):  # fmt: skip
+        command = option(command)
+    return command
 
-    def __init__(self, *arguments, **options):
+
+class Command(click.Command):
+    """A command with -v and -q, a --frame that needs no number, and no option twice.
+
+    Args:
+        resumes: whether it goes on from where it was interrupted when it is called again.
+    """
+
+    def __init__(self, *arguments, resumes=False, **options):
         super().__init__(*arguments, **options)
+        self.resumes = resumes
+        for parameter in self.params:
+            if isinstance(parameter.type, click.Path):
+                parameter.type.readable = False  # no wrong usage: who reads the file says it
         for letter, name, about in (
             ("-v", "--verbose", "Say more."),
             ("-q", "--quiet", "Say less."),
@@ -71,11 +139,33 @@ class Command(click.Command):
             )
 
     def parse_args(self, context, arguments):
-        return super().parse_args(context, list(_plain_frames(arguments)))
+        arguments = list(_plain_frames(arguments))
+        if not context.resilient_parsing:
+            self._refuse_twice(context, arguments)
+        return super().parse_args(context, arguments)
+
+    def _refuse_twice(self, context, arguments):
+        """Of an option given twice click takes the last without a word."""
+        _, _, order = self.make_parser(context).parse_args(args=list(arguments))
+        for option in self.params:
+            once = isinstance(option, click.Option) and not (
+                option.multiple or option.count or option.is_flag
+            )
+            if once and order.count(option) > 1:
+                raise click.UsageError(
+                    f"{max(option.opts, key=len)} is given twice; give it once", context
+                )
 
     def invoke(self, context):
         _start_log(verbosity(context))
-        return super().invoke(context)
+        start = time.monotonic()
+        try:
+            return super().invoke(context)
+        except KeyboardInterrupt:
+            goes_on = "; the same command goes on from what is finished" if self.resumes else ""
+            raise Interrupted(f"interrupted{goes_on}") from None
+        finally:
+            log.info("%s: %.1f s in all", context.info_name, time.monotonic() - start)
 
 
 def _plain_frames(arguments):
@@ -105,9 +195,10 @@ def verbosity(context=None):
 
 
 def _start_log(level):
+    style = "%(levelname)s %(name)s: %(message)s" if level > 1 else "%(message)s"
     logging.basicConfig(
         stream=sys.stderr,
-        format="%(levelname)s %(name)s: %(message)s" if level > 1 else "%(message)s",
+        format=_clear() + style,
         level={-1: logging.ERROR, 0: logging.WARNING, 1: logging.INFO}.get(
             max(level, -1), logging.DEBUG
         ),
@@ -118,21 +209,65 @@ def _start_log(level):
             logging.getLogger(name).setLevel(logging.WARNING)
 
 
+def _clear():
+    """What takes a progress bar off the terminal before a line is written."""
+    return "\r\x1b[K" if sys.stderr.isatty() else ""
+
+
 def say(text):
     """A line for the person at the terminal, on stderr; silent with -q."""
     if verbosity() >= 0:
-        click.echo(text, err=True)
+        click.echo(_clear() + text, err=True)
+
+
+def wrote(*paths):
+    """Say where the result is; None is stdout, where it shows itself."""
+    for path in paths:
+        if path is not None:
+            say(f"wrote {path}")
+
+
+def progress(name="", plan=None):
+    """A context with a function (step, done, total); see `cli.progress.Progress`."""
+    return shown_progress(verbosity(), name, plan)
+
+
+def bake_plan(options):
+    """The plan for `progress` of a bake: about the seconds that each step takes on two cores."""
+    texture = options.texture
+    return {
+        "detect": (1.0, 1), "segment": (0.7, 1), "fit": (1.5, 1), "neutral": (3.0, 1),
+        "key": (1.5 * len(texture.views), 6), "gaze": (1.2, 20),
+        "mouth": (0.048 * texture.mouths, texture.mouths), "mask": (0.5, 1), "bundle": (4.0, 1),
+    }  # fmt: skip
+
+
+def options_class(of):
+    """The options dataclass of one of SETTINGS."""
+    module, _, name = SETTINGS[of].partition(":")
+    return getattr(importlib.import_module(module), name)
 
 
 def build_options(preset, settings, resolution=None):
-    """steps.BuildOptions of a preset, with --set and --resolution on top."""
+    """BuildOptions of a preset, with --set and --resolution on top.
+
+    Raises:
+        UsageProblem: no such preset or setting, or a value that is not allowed.
+    """
     from bakery import preset as presets
-    from bakery.steps import BuildOptions
 
     tables = presets.with_settings(presets.load("builds", preset), settings)
     if resolution:
-        tables.setdefault("texture", {})["resolution"] = resolution
-    return presets.options_from(BuildOptions, tables, f"preset {preset}")
+        tables = presets.with_settings(tables, [f"texture.resolution={resolution}"])
+    return presets.options_from(options_class("build"), tables, f"preset {preset}")
+
+
+def training_options(of, settings, **given):
+    """The options of a training: those of `given` that are not None, with --set on top."""
+    from bakery import preset as presets
+
+    table = {name: value for name, value in given.items() if value is not None}
+    return presets.options_from(options_class(of), presets.with_settings(table, settings), of)
 
 
 def destinations(photos, output, ending=".json"):
@@ -165,12 +300,6 @@ def destinations(photos, output, ending=".json"):
     return places
 
 
-def may_write(path, overwrite):
-    """Refuse to replace a file unless asked to."""
-    if path is not None and path.exists() and not overwrite:
-        raise InputError(f"{path}: is already there; --overwrite replaces it")
-
-
 def write(path, data):
     """Write bytes to a path, or to stdout if it is None."""
     from bakery.formats.files import write_bytes
@@ -179,24 +308,3 @@ def write(path, data):
         click.get_binary_stream("stdout").write(data)
     else:
         write_bytes(path, data)
-
-
-@contextlib.contextmanager
-def progress():
-    """A function (step, done, total) that draws a bar on a terminal and nothing elsewhere."""
-    if verbosity() < 0 or not sys.stderr.isatty():
-        yield lambda step, done, total: None
-        return
-    width = 30
-
-    def draw(step, done, total):
-        filled = width * done // max(total, 1)
-        bar = "#" * filled + "." * (width - filled)
-        sys.stderr.write(f"\r\x1b[K{step:<10} [{bar}] {done}/{total}")
-        sys.stderr.flush()
-
-    try:
-        yield draw
-    finally:
-        sys.stderr.write("\r\x1b[K")
-        sys.stderr.flush()

@@ -1,11 +1,11 @@
 """`bakery preview`: an avatar on a page of its own."""
 
+import contextlib
 from pathlib import Path
 
 import click
 
 from bakery.cli import options
-from bakery.errors import InputError
 
 
 @click.command(cls=options.Command)
@@ -17,29 +17,28 @@ from bakery.errors import InputError
 )  # fmt: skip
 @click.option("--serve", is_flag=True, help="Show it on this machine and reload after a new bake.")
 @click.option("--port", type=click.IntRange(0, 65535), default=8480, show_default=True)
-def preview(bundle, output, module, serve, port):
+@options.overwrite
+def preview(bundle, output, module, serve, port, overwrite):
     """Write a page that plays BUNDLE in a browser, from disk and without a network.
 
     \b
     bakery preview portrait.avatar -o portrait.html
     bakery preview portrait.avatar --serve
     bakery preview portrait.avatar --module site
-
-    An older page is replaced without asking, for it is made again from the bundle.
     """
     if [output is not None, module is not None, serve].count(True) != 1:
         raise click.UsageError("give one of -o FILE.html, --module FOLDER and --serve")
+    options.may_write(output, overwrite)
+    options.may_fill(module, overwrite)
     from bakery.formats.files import write_bytes
-    from bakery.runtime.page import page, site
-    from bakery.runtime.serve import make_server
+    from bakery.show.page import page, site
+    from bakery.show.serve import make_server
 
     if output:
         write_bytes(output, page(bundle, derive=_derived))
         options.say(f"{output}: open it in a browser")
         return
     if module:
-        if module.exists() and (not module.is_dir() or any(module.iterdir())):
-            raise InputError(f"{module}: is already there; give the name of a new folder")
         for name, data in site(bundle, derive=_derived).items():
             write_bytes(module / name, data)
         options.say(
@@ -48,12 +47,13 @@ def preview(bundle, output, module, serve, port):
         return
     with make_server(bundle, port, _derived) as server:
         options.say(f"http://{server.server_address[0]}:{server.server_address[1]}/ (Ctrl-C ends)")
-        server.serve_forever()
+        with contextlib.suppress(KeyboardInterrupt):  # how it is meant to end
+            server.serve_forever()
 
 
 def _derived(bundle):
     """The files of web/, for a bundle that was baked before they were complete."""
-    from bakery import steps
-    from bakery.runtime.web import web_files
+    from bakery.export.open import open_avatar
+    from bakery.export.web import web_files
 
-    return web_files(steps.open_avatar(bundle))[0]
+    return web_files(open_avatar(bundle))[0]

@@ -1,4 +1,4 @@
-"""`bakery render`: one frame of an avatar, by the reference of the runtime."""
+"""`bakery render`: frames of an avatar, by the reference of the runtime."""
 
 from pathlib import Path
 
@@ -10,40 +10,74 @@ from bakery.cli import options
 @click.command(cls=options.Command)
 @click.argument("bundle", type=click.Path(path_type=Path))
 @click.option(
-    "-o", "--output", required=True, type=click.Path(path_type=Path), help="PNG to write."
-)
-@click.option("--weights", default="", help="Expression: jawOpen=0.6,mouthSmileLeft=0.8")
+    "-o", "--output", required=True, type=click.Path(path_type=Path),
+    help="Picture to write: .png, .jpg, .webp or .exr (linear, with alpha).",
+)  # fmt: skip
+@click.option("--expression", default="", help="Named: laugh, laugh=0.5 or smile=0.6,wink=0.3")
+@options.weights
 @click.option(
     "--fit", "fitted", type=click.Path(path_type=Path),
     help="Expression and camera from what `bakery fit` wrote of another photo.",
 )  # fmt: skip
 @click.option("--gaze", help="YAW,PITCH in degrees, to the subject's left and up.")
-@click.option("--view", default="front", show_default=True, help="photo, front or YAW,PITCH.")
+@click.option(
+    "--view", default="front", show_default=True,
+    help="photo (of a bundle built with --keep-photo), front or YAW,PITCH.",
+)  # fmt: skip
+@click.option(
+    "--framing", type=click.Choice(["head", "face"]), default="head", show_default=True,
+    help="What front and YAW,PITCH hold: the whole head from any side, or the face, nearer.",
+)  # fmt: skip
 @click.option("--size", type=click.IntRange(16, 8192), help="Pixels on a side (512).")
+@click.option(
+    "--background", metavar="none|gray|photo|#RRGGBB",
+    help="What is behind the head; none is alpha (gray; photo with --view photo; none in EXR).",
+)  # fmt: skip
+@click.option(
+    "--turntable", type=click.IntRange(2, 999), metavar="N",
+    help="N views around the head, as NAME.000.png, NAME.001.png ...",
+)  # fmt: skip
 @click.option(
     "--textures", type=click.Choice(["dynamic", "static"]), default="dynamic", show_default=True,
     help="Blend the baked expressions, or show the neutral texture alone.",
 )  # fmt: skip
 @click.option("--hair/--no-hair", default=True, help="Show the hair layer (shown).")
 @click.option("--mask", type=click.Path(path_type=Path), help="PNG of the pixels of the face.")
-def render(bundle, output, mask, **wanted):
+@options.overwrite
+def render(bundle, output, mask, turntable, overwrite, **wanted):
     """Draw a frame of BUNDLE.
 
     \b
     bakery render portrait.avatar -o out.png --weights jawOpen=0.6,mouthSmileLeft=0.8
+    bakery render portrait.avatar -o laugh.png --expression laugh=0.7 --view 40,0
     bakery render portrait.avatar -o out.png --fit smiling.json --mask mask.png
     bakery render portrait.avatar -o out.png --view photo
-
-    A frame replaces an older one without asking, for players render many.
+    bakery render portrait.avatar -o head.png --background none --turntable 36
     """
-    from bakery import frames, steps
+    from bakery.export.open import open_avatar
     from bakery.formats.image import write_image
+    from bakery.show import frame as frames
 
-    scene = frames.Scene(**frames.parse(**wanted))
-    picture, covered = frames.render(steps.open_avatar(bundle), scene)
-    write_image(output, picture)
+    scene = frames.output_scene(output, frames.Scene(**frames.parse(**wanted)))
     if mask is not None:
-        write_image(mask, covered)
+        frames.check_ending(mask, frames.MASKS)
+    scenes = [(scene, output, mask)]
+    if turntable:
+        scenes = [
+            (turned, *(place and frames.numbered(place, number) for place in (output, mask)))
+            for number, turned in enumerate(frames.turntable(scene, turntable))
+        ]
+    for place in {place for _, *places in scenes for place in places}:
+        options.may_write(place, overwrite)
+    avatar = open_avatar(bundle)
+    with options.progress() as progress:
+        for done, (scene, place, covered) in enumerate(scenes):
+            progress("render", done, len(scenes))
+            picture, face = frames.draw_scene(avatar, scene)
+            frames.write(place, picture)
+            if covered is not None:
+                write_image(covered, face)
+    options.wrote(*(place for _, place, _ in scenes[:1]))
 
 
 @click.command(cls=options.Command)
@@ -59,8 +93,10 @@ def recover(bundle, expressions, output, overwrite):
     \b
     bakery recover portrait.avatar jawOpen mouthSmileLeft -o facs.exr
     """
-    from bakery import frames, steps
+    from bakery.export.open import open_avatar
     from bakery.formats.exr import write_exr
+    from bakery.show import frame as frames
 
-    options.may_write(output, overwrite)
-    write_exr(output, frames.recover(steps.open_avatar(bundle), expressions))
+    options.may_write(output, overwrite, endings=(".exr",))
+    write_exr(output, frames.recover(open_avatar(bundle), expressions))
+    options.wrote(output)

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import click
 
-from bakery.cli import options
+from bakery.cli import complete, options
 
 
-@click.group()
+@click.group(cls=options.Group)
 def synth():
     """Paint synthetic portraits; no real person is in them."""
 
@@ -16,12 +16,14 @@ def synth():
 @click.argument("names", nargs=-1)
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")
 @options.head
-def samples(names, output, head):
+@options.overwrite
+def samples(names, output, head, overwrite):
     """Paint the portraits of samples/, or those of NAMES, with their landmarks.
 
     \b
     bakery synth samples -o samples/
     """
+    options.may_fill(output, overwrite)
     from bakery.heads.file import load_head
     from bakery.synth.samples import write
 
@@ -33,12 +35,14 @@ def samples(names, output, head):
 @click.argument("names", nargs=-1)
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")
 @options.head
-def failures(names, output, head):
+@options.overwrite
+def failures(names, output, head, overwrite):
     """Paint portraits that no good avatar can come from, or those of NAMES.
 
     \b
     bakery synth failures -o runs/failures
     """
+    options.may_fill(output, overwrite)
     from bakery.heads.file import load_head
     from bakery.synth.failures import write
 
@@ -46,10 +50,16 @@ def failures(names, output, head):
         click.echo(path)
 
 
-@synth.command("training", cls=options.Command)
+@synth.command("training", cls=options.Command, resumes=True)
 @click.option("-n", "--count", required=True, type=click.IntRange(1), help="Pictures.")
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")
-@click.option("--seed", default=0, show_default=True, help="Picture k depends on seed and k only.")
+@click.option(
+    "--seed",
+    default=0,
+    show_default=True,
+    type=click.IntRange(0),
+    help="Picture k depends on seed and k only.",
+)
 @options.head
 def training(count, output, seed, head):
     """Paint random people with their 478 points, for `bakery train detector --rendered`.
@@ -57,6 +67,7 @@ def training(count, output, seed, head):
     \b
     bakery synth training -n 1000 -o runs/painted
     """
+    options.may_go_on(output)
     from bakery.heads.file import load_head
     from bakery.synth.training import write
 
@@ -64,12 +75,19 @@ def training(count, output, seed, head):
         click.echo(path)
 
 
-@synth.command("pairs", cls=options.Command)
+@synth.command("pairs", cls=options.Command, resumes=True)
 @click.option("-n", "--count", required=True, type=click.IntRange(1), help="Pairs.")
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")
-@click.option("--seed", default=0, show_default=True, help="Subject k depends on seed and k only.")
+@click.option(
+    "--seed",
+    default=0,
+    show_default=True,
+    type=click.IntRange(0),
+    help="Subject k depends on seed and k only.",
+)
 @click.option(
     "--head", "heads", multiple=True, default=("makehuman",), show_default=True,
+    shell_complete=complete.heads,
     help="Head model: name or file; several are taken in turn.",
 )  # fmt: skip
 @click.option("--skins", type=click.Path(path_type=Path), help="Folder of `bakery synth skins`.")
@@ -85,9 +103,10 @@ def pairs(count, output, seed, heads, skins, size, keys, error):
     \b
     bakery synth pairs -n 4096 --seed 1 -o runs/pairs
     """
+    options.may_go_on(output)
     from bakery.heads.file import load_head
-    from bakery.synth.pair_painter import PairOptions
-    from bakery.synth.pair_shards import write
+    from bakery.synth.pairs.painter import PairOptions
+    from bakery.synth.pairs.shards import write
 
     models = [load_head(head) for head in heads]
     wanted = PairOptions(size=size, keys=keys, error=error)
@@ -95,7 +114,7 @@ def pairs(count, output, seed, heads, skins, size, keys, error):
         click.echo(path)
 
 
-@synth.command("skins", cls=options.Command)
+@synth.command("skins", cls=options.Command, resumes=True)
 @click.argument("photos", type=click.Path(path_type=Path))
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")
 @options.head
@@ -105,6 +124,7 @@ def skins(photos, output, head):
     \b
     bakery synth skins portraits/london/train -o runs/skins
     """
+    options.may_go_on(output)
     from bakery.heads.file import load_head
     from bakery.train.skins import unwrap_folder
 
@@ -127,5 +147,6 @@ def sheet(pairs, output, count, whole, overwrite):
     from bakery.formats.image import write_image
     from bakery.synth.sheet import contact_sheet
 
-    options.may_write(output, overwrite)
+    options.may_write(output, overwrite, endings=options.PICTURES)
     write_image(output, contact_sheet(pairs, count, whole) / 255.0, 92)
+    options.wrote(output)

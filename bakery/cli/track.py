@@ -7,6 +7,8 @@ import click
 from bakery.cli import options
 from bakery.cli.animate import gain, neutral
 
+PLAN = {"follow": (3, None), "fit": (1, None)}  # about how their times compare
+
 
 @click.command(cls=options.Command)
 @click.argument("clip", type=click.Path(path_type=Path))
@@ -27,10 +29,10 @@ def track(clip, output, head, gain, neutral, overwrite):
 
     One person fills the clip; of several faces the largest is followed.
     """
-    from bakery import movies
+    from bakery.motion import files as movies
 
     options.may_write(output, overwrite)
-    with options.progress() as progress:
+    with options.progress(output.name, PLAN) as progress:
         take = movies.tracked(clip, head, gain, neutral, progress)
     options.write(output, movies.format_take(take))
     for note in take.notes:

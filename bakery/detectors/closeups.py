@@ -9,7 +9,6 @@ torch is imported on the first use, for it takes a second.
 
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -17,8 +16,9 @@ import numpy as np
 from bakery import landmarks as marks
 from bakery.detectors import frames
 from bakery.errors import ModelError
+from bakery.paths import ASSETS
 
-WEIGHTS = Path(__file__).resolve().parents[1] / "assets" / "detectors" / "closeups.safetensors"
+WEIGHTS = ASSETS / "detectors" / "closeups.safetensors"
 SIDE = 64  # pixels of a crop
 EYE_SPAN, MOUTH_SPAN = 2.3, 1.2  # side of a crop over the eye's width; over the outer-eye distance
 EYE_LIFT = 0.3  # eye widths that the crop's middle lies above the eye's: the brow is in it

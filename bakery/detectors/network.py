@@ -8,17 +8,18 @@ torch is imported on the first use, for it takes a second.
 """
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import cv2
 import numpy as np
 
 from bakery.detectors import frames
 from bakery.errors import ModelError
+from bakery.formats.files import digest_file
 from bakery.landmarks import face_size
+from bakery.paths import ASSETS
 from bakery.types import Landmarks
 
-WEIGHTS = Path(__file__).resolve().parents[1] / "assets" / "detectors" / "network.safetensors"
+WEIGHTS = ASSETS / "detectors" / "network.safetensors"
 CELL = 8  # pixels of a pyramid level a cell of the finder's answer
 SIZE_RATIO = 1.5  # two levels may differ more about one face: then the points network decides
 UNIT_SIZE = 48.0  # pixels; the finder gives sizes as multiples of this
@@ -43,8 +44,8 @@ class NetworkDetector:
 
     name = "network"
 
-    def __init__(self, finder, points, options=NetworkOptions()):
-        self.finder, self.points, self.options = finder, points, options
+    def __init__(self, finder, points, options=NetworkOptions(), sha256=""):
+        self.finder, self.points, self.options, self.sha256 = finder, points, options, sha256
 
     def detect(self, image):
         """All faces of a photo.
@@ -161,7 +162,7 @@ def load(path=WEIGHTS, options=NetworkOptions()):
                 f"{path}: weights of another network; give a file that this version exported"
             ) from None
         networks.append(network.eval().to(memory_format=torch.channels_last))
-    return NetworkDetector(*networks, options)
+    return NetworkDetector(*networks, options, sha256=digest_file(path))
 
 
 def pyramid(image, options):

@@ -5,17 +5,16 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from bakery.bake.pipeline import Request, build
+from bakery.export.open import open_avatar
 from bakery.formats.image import read_photo, write_image
 from bakery.heads.base import weights
-from bakery.heads.clay import labelled, tile
-from bakery.pipeline import Request, build
-from bakery.runtime.preview import SMILE, portraits
-from bakery.steps import open_avatar
+from bakery.heads.report.shaded import labelled, tile
+from bakery.runtime.contact_sheet import SMILE, portraits
 from bakery.synth.failures import CASES, chosen, paint_case
 
 SIDE = 200  # pixels of one picture of the sheet
 COLUMNS = 2  # cases beside each other
-SHARE = 0.6  # of its side that a face takes
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,7 @@ def outcomes(head, folder, options, names=None):
         findings = build(Request(photo=photo, output=bundle, options=options, overwrite=True))
         avatar = open_avatar(bundle)
         poses = [(weights(named), (0, 0), 0.0) for named in ({}, SMILE)]
-        shown = [picture / 255 for picture in portraits(avatar, poses, SIDE, SHARE)]
+        shown = [picture / 255 for picture in portraits(avatar, poses, SIDE)]
         row = [labelled(_cut(read_photo(photo).encoded), name), *shown]
         yield Outcome(name, CASES[name].what, findings, np.concatenate(row, 1))
 

@@ -13,8 +13,8 @@ from bakery.geometry.color import to_encoded
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import interpolate
 from bakery.heads.base import INTERIOR, weights
-from bakery.stages import fit_albedo
-from bakery.stages.warp import residual_offsets
+from bakery.stages.fit import albedo as fit_albedo
+from bakery.stages.fit.warp import residual_offsets
 from bakery.types import Camera, Landmarks, Photo
 
 EXPRESSIONS_SHOWN = (  # of the synthetic portraits, in turn

@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from bakery.bake.options import BuildOptions
+from bakery.bake.subject import Sitter
 from bakery.errors import InputError
 from bakery.evaluate.fitting import landmarks_of
 from bakery.generators.identity import features_of, verify
-from bakery.sitter import Sitter
 from bakery.stages.texture import TextureOptions
-from bakery.steps import BuildOptions
 
 
 def faces(pairs, head, size=256):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bakery.formats import video
-from bakery.runtime.animate import PART, Stage
+from bakery.motion.animate import PART, Stage
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery import steps
+from bakery.bake.faces import one_face
+from bakery.bake.fitting import fit_portrait
 from bakery.errors import BakeryError
-from bakery.evaluate.avatar_pairs import Pair, quick
-from bakery.evaluate.avatar_pairs import measure as measure_pair
+from bakery.evaluate.avatar.pairs import Pair, quick
+from bakery.evaluate.avatar.pairs import measure as measure_pair
 from bakery.evaluate.fitting import (
     landmark_error,
     landmarks_of,
@@ -17,7 +18,7 @@ from bakery.evaluate.fitting import (
 )
 from bakery.formats.image import read_photo
 from bakery.formats.portraits import reference_points
-from bakery.stages.fit_albedo import load_albedo
+from bakery.stages.fit.albedo import load_albedo
 
 VALIDATION = "london/val"  # what nothing was trained or tuned on
 
@@ -34,7 +35,7 @@ def fits(portraits, head, detector=None, start=VALIDATION):
     """
     for path, points in reference_points(portraits, start).items():
         photo = read_photo(path)
-        fit, _ = steps.place_head(path, photo, landmarks_of(points), head)
+        fit, _ = fit_portrait(path, photo, landmarks_of(points), head)
         row = {
             "name": path.stem,
             "kind": "smiling" if "smiling" in path.stem else "neutral",
@@ -43,8 +44,8 @@ def fits(portraits, head, detector=None, start=VALIDATION):
         }
         if detector:
             try:
-                _, face = steps.one_face(path, detector=detector, photo=photo)
-                own, _ = steps.place_head(path, photo, face, head)
+                _, face = one_face(path, detector=detector, photo=photo)
+                own, _ = fit_portrait(path, photo, face, head)
                 row["detected"] = landmark_error(own, points)
             except BakeryError as error:
                 row["error"] = str(error)
@@ -80,7 +81,7 @@ def synthetic(truth, head, count, seed=0):
     rng = np.random.default_rng(seed)
     for number in range(count):
         subject = synthetic_portrait(truth, rng, number)
-        fit, _ = steps.place_head("painted", subject.photo, subject.landmarks, head)
+        fit, _ = fit_portrait("painted", subject.photo, subject.landmarks, head)
         yield {
             "name": f"{truth.name} {number}",
             "millimetres": round(synthetic_error(subject, fit, head, layout), 3),

@@ -7,7 +7,8 @@ import cv2
 import numpy as np
 
 from bakery import landmarks as marks
-from bakery import steps
+from bakery.bake.faces import find_faces
+from bakery.bake.fitting import fit_portrait
 from bakery.errors import InputError
 from bakery.evaluate.fitting import fitted_vertices, surface_error
 from bakery.formats.image import read_photo, write_image
@@ -108,7 +109,7 @@ def surface_points(scan, seen, pixels):
 
 def detected(photo):
     """The largest face that the project's own detector finds: Landmarks."""
-    return steps.find_faces("the drawn scan", photo=photo)[1][0]
+    return find_faces("the drawn scan", photo=photo)[1][0]
 
 
 def face_points(scan):
@@ -149,7 +150,7 @@ def measure(scan, head, views=VIEWS, pictures=None):
             Path(pictures).mkdir(parents=True, exist_ok=True)
             write_image(Path(pictures) / f"scan_{yaw:+.0f}.png", photo.encoded)
         face = detected(photo)
-        found, _ = steps.place_head("the drawn scan", photo, face, head)
+        found, _ = fit_portrait("the drawn scan", photo, face, head)
         shape = fitted_vertices(found, head)
         start = head.landmarks(shape)[: marks.FACE]
         skin = head.faces[head.part_faces("skin")]

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bakery.drivers.track import follow, track
 from bakery.heads.base import look, weights
-from bakery.stages.texture_mouth import smiling, talking
+from bakery.motion.track import follow, track
+from bakery.stages.texture.mouth import smiling, talking
 from bakery.synth.render import dress, paint
 from bakery.synth.scene import EXPRESSIVE, portrait_camera, random_scene
 from bakery.synth.subject import random_subject

@@ -4,13 +4,17 @@ import contextlib
 import errno
 import hashlib
 import os
+import secrets
 import stat
-import tempfile
+from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 from bakery.errors import InputError
 
 LARGEST = 512 * 2**20  # bytes; the largest picture that is accepted, uncompressed, has less
+NEW = ".new-"  # how files begin that are not complete; short, whatever the name of the target
+CANNOT_SYNC = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)  # what some network file systems say
 
 
 class DiskError(InputError):
@@ -57,28 +61,89 @@ def read_bytes(path, largest=LARGEST):
     return data
 
 
-def write_bytes(path, data):
+def write_bytes(path, data, sync=True):
     """Write a file at once: the old one stays until the new one is complete.
 
+    Args:
+        path: where to; the folder is made.
+        data: bytes.
+        sync: see `replacing`.
+
     Raises:
-        DiskError: the disk is full or read-only, or the folder cannot be written.
+        DiskError: the disk is full or read-only, the folder cannot be written, or the name is too
+            long or belongs to something that is no file.
+    """
+    with replacing(path, sync) as file:
+        file.write(data)
+
+
+@contextlib.contextmanager
+def replacing(path: str | os.PathLike, sync: bool = True) -> Iterator[BinaryIO]:
+    """A file to write and seek in, which takes the path's place when the block ends well.
+
+    The mode is what the umask leaves of 0666, applied by the system: asking for the umask changes
+    it for a moment, and other threads write meanwhile.
+
+    Args:
+        path: where to; the folder is made.
+        sync: whether the bytes are on the disk before the name is theirs, so that a power cut leaves
+            the old file or the new one. Not needed where damage is found and mended.
+
+    Raises:
+        DiskError: see `write_bytes`.
     """
     path = Path(path)
-    temporary = None
+    temporary = path.parent / f"{NEW}{secrets.token_hex(8)}"
     try:
+        if path.exists() and not path.is_file():  # renaming would put a file in a device's place
+            raise DiskError(f"{path}: is there and is no file; give another name")
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(prefix=".new-", dir=path.parent)
-        with open(handle, "wb") as file:
-            file.write(data)
-        os.chmod(temporary, 0o666 & ~_umask())
+        with open(temporary, "xb") as file:
+            yield file
+            if sync:
+                file.flush()
+                _sync(file.fileno())
         os.replace(temporary, path)
-        temporary = None
     except OSError as error:
         raise disk_error(path, error) from None
     finally:
-        if temporary:
-            with contextlib.suppress(OSError):
-                os.unlink(temporary)
+        with contextlib.suppress(OSError):
+            os.unlink(temporary)  # gone if all went well
+
+
+def sync_folder(folder: str | os.PathLike) -> None:
+    """Bring what a folder holds onto the disk: its files, its folders, and their names.
+
+    Raises:
+        OSError: the disk is full or broken.
+    """
+    for here, _, names in os.walk(folder, topdown=False):
+        for path in (*(os.path.join(here, name) for name in names), here):
+            sync_path(path)
+
+
+def sync_path(path: str | os.PathLike) -> None:
+    """Bring a file, or the names in a folder, onto the disk.
+
+    Raises:
+        OSError: the disk is full or broken.
+    """
+    windows = os.name == "nt"
+    if windows and os.path.isdir(path):
+        return  # Windows opens no folders, and keeps their names by itself
+    handle = os.open(path, os.O_RDWR if windows else os.O_RDONLY)
+    try:
+        _sync(handle)
+    finally:
+        os.close(handle)
+
+
+def _sync(handle):
+    try:
+        os.fsync(handle)
+    except OSError as error:
+        if error.errno not in CANNOT_SYNC:
+            raise
 
 
 def disk_error(path, error):
@@ -92,9 +157,3 @@ def disk_error(path, error):
     }.get(error.errno, "check the path")
     reason = error.strerror or type(error).__name__
     return DiskError(f"{path}: cannot be written ({reason}); {advice}")
-
-
-def _umask():
-    mask = os.umask(0o022)
-    os.umask(mask)
-    return mask

@@ -5,7 +5,10 @@ JPEG and the warnings of its decoder. Pillow reads headers and converts colour (
 """
 
 import io
+import os
 import re
+import shutil
+import tempfile
 from pathlib import Path
 
 import cv2
@@ -19,6 +22,8 @@ from bakery.formats.image_header import MEGAPIXELS, check_frame, read_header
 from bakery.types import Photo
 
 BACKGROUND = 0.5  # sRGB-encoded grey behind transparent pixels: neither bright rim nor dark
+OPAQUE = 0.9  # alpha from which a pixel shows the person, and below 1 minus which it shows nothing
+MOST_FAINT = 0.25  # of the pixels that show something; soft edges and hair have a few hundredths
 ENDINGS = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp", ".gif", ".jp2", ".ppm")
 oiio.attribute(
     "limits:imagesize_MB", MEGAPIXELS * 16
@@ -32,26 +37,26 @@ def read_photo(path, frame=None):
 
     Args:
         path: a JPEG, PNG, TIFF, WebP, BMP, GIF or JPEG 2000 file.
-        frame: which picture of an animated file, from 0; None refuses animated files.
+        frame: which picture of a file of several, from 0; None refuses animations and pages.
 
     Returns:
         Photo; its notes name every conversion.
 
     Raises:
-        InputError: not a photo, damaged, too large or too small, animated.
+        InputError: not a photo, damaged, too large or too small, half-transparent, animated.
     """
     path = Path(path)
     data = read_bytes(path)
     header = read_header(path, data)
     notes = []
     check_frame(path, header, frame)
-    if header.animated:
-        notes.append(f"frame {frame} of an animated picture")
+    if header.several:
+        notes.append(f"frame {frame} of {header.several}")
     samples = _decode(path, header, frame or 0)
     if header.mode == "CMYK":
         encoded = _from_cmyk(path, data, header, notes)
     else:
-        encoded = _to_rgb(samples, header, notes)
+        encoded = _to_rgb(path, samples, header, notes)
     if header.orientation != 1:
         encoded = _upright(encoded, header.orientation)
         notes.append(f"turned upright (EXIF orientation {header.orientation})")
@@ -93,12 +98,16 @@ def _decode(path, header, frame):
     """The stored samples [H, W, C] uint8 or uint16, alpha not multiplied in."""
     asked = oiio.ImageSpec()
     asked.attribute("oiio:UnassociatedAlpha", 1)
-    with open(path, "rb") as file:
-        # OpenImageIO chooses its reader by the ending first and wants UTF-8; the descriptor has
-        # neither an ending nor a foreign spelling.
-        plain = path.suffix.lower() in ENDINGS and str(path).isascii()
-        source = oiio.ImageInput.open(str(path) if plain else f"/dev/fd/{file.fileno()}", asked)
-        return _samples(source, path, header, frame)
+    # OpenImageIO chooses its reader by the ending first and wants UTF-8.
+    if path.suffix.lower() in ENDINGS and str(path).isascii():
+        return _samples(oiio.ImageInput.open(str(path), asked), path, header, frame)
+    if os.path.isdir("/dev/fd"):  # a name that has neither an ending nor a foreign spelling
+        with open(path, "rb") as file:
+            source = oiio.ImageInput.open(f"/dev/fd/{file.fileno()}", asked)
+            return _samples(source, path, header, frame)
+    with tempfile.TemporaryDirectory() as folder:
+        copy = shutil.copyfile(path, os.path.join(folder, "photo"))
+        return _samples(oiio.ImageInput.open(copy, asked), path, header, frame)
 
 
 def _samples(source, path, header, frame):
@@ -140,7 +149,7 @@ def _damaged(path, message=""):
     )
 
 
-def _to_rgb(samples, header, notes):
+def _to_rgb(path, samples, header, notes):
     """Stored samples [H, W, C] to sRGB-encoded [H, W, 3] float32."""
     scale = np.float32(1 / np.iinfo(samples.dtype).max)
     if samples.dtype == np.uint16:
@@ -157,9 +166,23 @@ def _to_rgb(samples, header, notes):
     if channels in (2, 4):
         alpha = samples[:, :, -1:] * scale
         if alpha.min() < 1:
+            _check_alpha(path, alpha)
             encoded = encoded * alpha + BACKGROUND * (1 - alpha)
             notes.append("transparent parts put over mid-grey")
     return encoded
+
+
+def _check_alpha(path, alpha):
+    """Refuse a picture that is a ghost over any background; a cut-out person with soft hair is none."""
+    seen = np.count_nonzero(alpha > 1 - OPAQUE)
+    faint = seen - np.count_nonzero(alpha >= OPAQUE)
+    if not seen:
+        raise InputError(f"{path}: transparent everywhere; save it without transparency")
+    if faint > MOST_FAINT * seen:
+        raise InputError(
+            f"{path}: {faint / seen:.0%} of what it shows is half-transparent; lay it over a plain "
+            "background and save it without transparency"
+        )
 
 
 def _from_profile(color, profile, notes):

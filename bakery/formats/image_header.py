@@ -5,7 +5,7 @@ import struct
 import warnings
 from dataclasses import dataclass
 
-from PIL import ExifTags, Image
+from PIL import ExifTags, Image, TiffImagePlugin
 
 from bakery.errors import InputError
 from bakery.formats.files import read_bytes
@@ -26,6 +26,13 @@ FORMATS = {  # Pillow's name -> OpenImageIO's
 }
 OPENED = [name for name in FORMATS if name != "MPO"]  # Pillow makes MPO out of JPEG by itself
 READABLE = "JPEG, PNG, TIFF, WebP, BMP, GIF or JPEG 2000"
+SAMPLES = {  # Pillow's mode -> what cannot be read as a photo
+    "F": "floating-point samples",
+    "I": "32 bits a sample",
+    "LAB": "L*a*b* colours",
+    "HSV": "HSV colours",
+}
+MOST_PAGES = 100  # of a TIFF that are counted
 SIGNATURES = (  # first bytes -> what it is, for the message
     (b"%PDF", "a PDF document"),
     (b"PK\x03\x04", "a ZIP archive or office document"),
@@ -56,7 +63,7 @@ class Header:
     orientation: int  # EXIF 1..8
     profile: bytes | None  # ICC
     focal_35mm: float | None  # mm
-    animated: bool
+    several: str  # what a file of several pictures is, such as "a file of 3 pages"; "" for one
 
 
 def read_header(name, data, smallest=SMALLEST):
@@ -85,12 +92,14 @@ def read_header(name, data, smallest=SMALLEST):
             warnings.simplefilter("ignore")
             picture = Image.open(io.BytesIO(data), formats=OPENED)
             exif = _exif(picture)
-            animated = bool(getattr(picture, "is_animated", False)) and picture.format != "MPO"
+            several = _several(picture)
     except Image.DecompressionBombError:
         raise InputError(
             f"{name}: claims far more than {MEGAPIXELS} megapixels; make it smaller"
         ) from None
     except Exception:  # Pillow's parsers raise almost anything on damaged files
+        if samples := _tiff_samples(data):
+            raise InputError(f"{name}: a TIFF with {samples}; save it as 8 or 16 bit RGB") from None
         raise InputError(
             f"{name}: not a picture that can be read, or damaged; give a {READABLE} file"
         ) from None
@@ -105,8 +114,10 @@ def read_header(name, data, smallest=SMALLEST):
         )
     if picture.format == "TIFF" and _is_raw(picture):
         raise InputError(f"{name}: a raw camera file; develop it to JPEG or TIFF first")
-    if picture.mode in ("F", "LAB", "HSV", "I"):
-        raise InputError(f"{name}: samples of kind {picture.mode}; save it as 8 or 16 bit RGB")
+    if picture.mode in SAMPLES:
+        raise InputError(
+            f"{name}: a {picture.format} with {SAMPLES[picture.mode]}; save it as 8 or 16 bit RGB"
+        )
     return Header(
         format=FORMATS[picture.format],
         width=width,
@@ -115,7 +126,7 @@ def read_header(name, data, smallest=SMALLEST):
         orientation=_orientation(exif),
         profile=picture.info.get("icc_profile") or None,
         focal_35mm=_focal(exif, width, height),
-        animated=animated,
+        several=several,
     )
 
 
@@ -123,15 +134,17 @@ def check_file(path, frame=None):
     """Refuse a file that its header alone rules out, before anything slow is loaded.
 
     Raises:
-        InputError: see `read_header`; or animated, and no frame is asked for.
+        InputError: see `read_header`; or of several pictures, and none is asked for.
     """
     check_frame(path, read_header(path, read_bytes(path)), frame)
 
 
 def check_frame(path, header, frame):
-    """Refuse an animated picture unless a frame is asked for."""
-    if header.animated and frame is None:
-        raise InputError(f"{path}: an animated picture; --frame takes its first frame")
+    """Refuse a file of several pictures unless one is asked for."""
+    if header.several and frame is None:
+        raise InputError(
+            f"{path}: {header.several}; --frame takes the first picture, --frame 1 the second"
+        )
 
 
 def count_scans(data):
@@ -197,6 +210,40 @@ def _exif(picture):
 def _orientation(exif):
     value = exif.get(ExifTags.Base.Orientation, 1)
     return value if isinstance(value, int) and 1 <= value <= 8 else 1
+
+
+def _several(picture):
+    """What a file of several pictures is, or "". Pillow would count to the end of a file of any length."""
+    if picture.format == "MPO" or not getattr(picture, "is_animated", False):
+        return ""
+    if picture.format != "TIFF":
+        return "an animated picture"
+    count = 1
+    try:
+        while count < MOST_PAGES:
+            picture.seek(count)
+            count += 1
+    except Exception:  # the end, or a damaged page
+        pass
+    picture.seek(0)
+    return f"a file of {count} pages" if count < MOST_PAGES else f"a file of {count} pages or more"
+
+
+def _tiff_samples(data):
+    """What the samples of a TIFF are that Pillow cannot open, or ""."""
+    if data[:4] not in (b"II*\0", b"MM\0*"):
+        return ""
+    try:
+        directory = TiffImagePlugin.ImageFileDirectory_v2(data[:8])
+        stream = io.BytesIO(data)
+        stream.seek(directory.next)
+        directory.load(stream)
+        if 3 in directory.get(TiffImagePlugin.SAMPLEFORMAT, ()):
+            return SAMPLES["F"]
+        bits = max(directory.get(TiffImagePlugin.BITSPERSAMPLE, (1,)))
+        return f"{bits} bits a sample" if bits > 16 else ""
+    except Exception:
+        return ""
 
 
 def _is_raw(picture):

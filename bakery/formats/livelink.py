@@ -2,16 +2,20 @@
 
 The rules, which every reader of the project follows (`web/` has them in JavaScript):
 
- 1. Text is UTF-8 with or without a byte order mark; commas between fields, no quotes, any line
-    ends; blank lines are passed over. Row 1 is the header; rows count from 1, blank ones too.
+ 1. Text is UTF-8 with or without a byte order mark, quoted as RFC 4180 has it or not, any line
+    ends; rows without a field are passed over. Row 1 is the header; rows count from 1, as lines do.
+    Fields are separated by what gives the header most of them: comma, semicolon or tab. If it is
+    not the comma, a comma is a decimal point.
  2. Columns go by name, in any order. Names are compared without case, blanks and underscores, and a
     final L or R after an underscore means Left or Right: EyeBlinkLeft = eyeBlinkLeft = eyeBlink_L.
- 3. Timecode, BlendShapeCount and all 52 ARKit names must be there once. HeadYaw, HeadPitch and
-    HeadRoll may be missing together (the head stays still), and so may the six of LeftEye and
-    RightEye (gaze then follows from the eyeLook names). Other columns are left out and reported.
- 4. Timecode is HH:MM:SS:FF.mmm: FF.mmm counts sixtieths of a second whatever the camera's rate.
-    A step back by more than 12 hours is midnight. A row whose time is not later than the last one's
-    is left out and reported.
+ 3. Timecode, BlendShapeCount and all 52 ARKit names must be there once; TongueOut, which the first
+    iPhones did not measure, may be missing (0, reported). HeadYaw, HeadPitch and HeadRoll may be
+    missing together (the head stays still), and so may the six of LeftEye and RightEye (gaze then
+    follows from the eyeLook names). Other columns are left out and reported.
+ 4. Timecode is HH:MM:SS:FF.mmm: FF.mmm counts frames, of which a second has 60, or as many as the
+    caller says, or as many as its ends prove (`timecode.find_base`; reported). A step back by more
+    than 12 hours is midnight. A row whose time is not later than the last one's is left out and
+    reported.
  5. A row of two fields (all others missing or empty) is a dropped frame: its values lie on the line,
     in time, between the nearest rows that have some; before the first and after the last of those
     they are equal to it. Reported.
@@ -24,7 +28,8 @@ The rules, which every reader of the project follows (`web/` has them in JavaScr
     subject's left shoulder: how eye angles and eyeLook coefficients of real takes go together
     (correlation 0.999 and 0.996); the sense of roll follows from eye roll = yaw pitch there.
  9. The rate is 1 / (median step of time), and the nearest of 24, 25, 30, 48, 50, 60 if within 2%.
-10. Between rows, values change linearly in time; before the first and after the last they hold.
+10. Between rows, values change linearly in time, head angles by the shorter way round; before the
+    first and after the last they hold.
 """
 
 import re
@@ -35,13 +40,14 @@ import numpy as np
 
 from bakery.check import check_array
 from bakery.errors import InputError
+from bakery.formats import timecode
 from bakery.formats.files import read_bytes
+from bakery.formats.rows import fields_of, records, separator_of
 from bakery.types import EXPRESSIONS
 
 LARGEST = 256 * 2**20  # bytes, unpacked: an hour at 60 frames a second has 180 MB
-BASE = 60  # of the time code, frames a second
-DAY = 86400.0  # seconds
 RATES = (24, 25, 30, 48, 50, 60)
+OPTIONAL = "TongueOut"
 HEAD = ("HeadYaw", "HeadPitch", "HeadRoll")
 EYES = tuple(f"{eye}Eye{angle}" for eye in ("Left", "Right") for angle in ("Yaw", "Pitch", "Roll"))
 # The order in which the app writes; `format_take` does the same.
@@ -56,8 +62,8 @@ ORDER = tuple(
     BrowOuterUpLeft BrowOuterUpRight CheekPuff CheekSquintLeft CheekSquintRight NoseSneerLeft
     NoseSneerRight TongueOut""".split()
 )
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-TIMECODE = re.compile(r"(\d{1,2}):(\d{1,2}):(\d{1,2}):(\d{1,2}(?:\.\d+)?)")
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+COUNT = re.compile(r"\d{1,6}", re.ASCII)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,41 +117,49 @@ class Take:
         return weights, mix(self.head), None if self.eyes is None else mix(self.eyes)
 
 
-def read_take(path):
+def read_take(path, base: int | None = None) -> Take:
     """Read a take; a .gz is unpacked.
+
+    Args:
+        base: frames that a second of its time code has; None finds out.
 
     Raises:
         InputError: not such a file; says row and column.
     """
-    return parse_take(path, _unpacked(path, read_bytes(path, LARGEST)))
+    return parse_take(path, _unpacked(path, read_bytes(path, LARGEST)), base)
 
 
-def parse_take(name, data):
+def parse_take(name, data: bytes, base: int | None = None) -> Take:
     """A Take from the bytes of a file; see the rules above.
 
     Args:
         name: how messages call the file.
+        base: see `read_take`.
 
     Raises:
         InputError: it breaks a rule.
     """
     try:
-        lines = re.split(r"\r\n|\n|\r", data.decode("utf-8-sig"))
+        text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(
             f"{name}: not text (UTF-8); give the CSV that Live Link Face wrote"
         ) from None
-    rows = [(number, line) for number, line in enumerate(lines, 1) if line.strip()]
-    if not rows:
+    lines = list(records(name, text))
+    if not lines:
         raise InputError(f"{name}: holds no rows; give the CSV that Live Link Face wrote")
-    header = [field.strip() for field in rows[0][1].split(",")]
+    separator = separator_of(name, lines[0][1])
+    header = [_shown(field) for field in fields_of(lines[0][1], separator)]
     columns, notes = _columns(name, header)
+    stamps = [_stamp(name, *row, columns["timecode"]) for row in _rows(lines, separator)]
+    base = base or _base(stamps, notes)
     time, values, dropped, repeated = [], [], [], []
-    for number, line in rows[1:]:
-        fields = [field.strip() for field in line.split(",")]
-        now = _seconds(name, number, (fields + [""] * len(header))[columns["timecode"]])
-        if time and now < time[-1] - DAY / 2:
-            now += DAY
+    for (number, fields), (whole, frames) in zip(_rows(lines, separator), stamps):
+        if frames >= base:
+            raise _bad_stamp(name, number, fields[columns["timecode"]], base)
+        now = whole + frames / base
+        if time and now < time[-1] - timecode.DAY / 2:
+            now += timecode.DAY
         if time and now <= time[-1]:
             repeated.append(number)
             continue
@@ -159,8 +173,37 @@ def parse_take(name, data):
     if len(time) == len(dropped):
         raise InputError(f"{name}: holds no frame with values; record the take again")
     if repeated:
-        notes.append(f"{_rows(repeated)} left out: not later than the row before")
+        notes.append(f"{_listed(repeated)} left out: not later than the row before")
     return _take(np.array(time), values, dropped, columns, notes)
+
+
+def _rows(lines, separator):
+    """(number, fields) of the records behind the header; a decimal comma becomes a point."""
+    for number, line in lines[1:]:
+        fields = fields_of(line if separator == "," else line.replace(",", "."), separator)
+        if any(fields):
+            yield number, fields
+
+
+def _stamp(name, row, fields, place):
+    """Whole seconds and frames of a row (rule 4)."""
+    text = fields[place] if place < len(fields) else ""
+    found = timecode.parse(text)
+    if found is None:
+        raise _bad_stamp(name, row, text, timecode.BASE)
+    return found
+
+
+def _bad_stamp(name, row, text, base):
+    return InputError(
+        f"{name}: row {row}, column Timecode: '{text[:40]}'; needs HH:MM:SS:FF.mmm, FF below {base}"
+    )
+
+
+def _base(stamps, notes):
+    base, note = timecode.find_base(*np.array(stamps, float).reshape(-1, 2).T)
+    notes += [note] if note else []
+    return base
 
 
 def _unpacked(path, data):
@@ -184,6 +227,15 @@ def plain(name):
     return re.sub(r"[\s_]", "", name).lower()
 
 
+def _shown(field):
+    """A column's name on one line, for messages."""
+    return "".join(c for c in " ".join(field.split()) if c.isprintable())
+
+
+def _some(names):
+    return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if names[6:] else "")
+
+
 def _columns(name, header):
     """Place of each known column by its plain name; and notes."""
     known = ["Timecode", "BlendShapeCount", *ORDER, *HEAD, *EYES]
@@ -196,28 +248,19 @@ def _columns(name, header):
             raise InputError(f"{name}: row 1: column {field} is there twice; remove one")
         else:
             places[key] = place
-    missing = [column for column in known[: 2 + len(ORDER)] if column.lower() not in places]
+    wanted = [column for column in known[: 2 + len(ORDER)] if column != OPTIONAL]
+    missing = [column for column in wanted if column.lower() not in places]
     for group in (HEAD, EYES):
         lacking = [column for column in group if column.lower() not in places]
         missing += lacking if len(lacking) < len(group) else []
     if missing:
-        listed = ", ".join(missing[:6]) + (f" and {len(missing) - 6} more" if missing[6:] else "")
         raise InputError(
-            f"{name}: row 1: lacks column {listed}; give a CSV as Live Link Face writes it"
+            f"{name}: row 1: lacks column {_some(missing)}; give a CSV as Live Link Face writes it"
         )
-    return places, [f"column {', '.join(others)} left out: not known"] if others else []
-
-
-def _seconds(name, row, text):
-    """Time of day, seconds (rule 4)."""
-    match = TIMECODE.fullmatch(text)
-    parts = [float(part) for part in match.groups()] if match else [99.0] * 4
-    if any(part >= limit for part, limit in zip(parts, (24, 60, 60, BASE))):
-        raise InputError(
-            f"{name}: row {row}, column Timecode: '{text[:40]}'; needs HH:MM:SS:FF.mmm, FF below {BASE}"
-        )
-    hours, minutes, seconds, frames = parts
-    return hours * 3600 + minutes * 60 + seconds + frames / BASE
+    notes = [f"column {_some(others)} left out: not known"] if others else []
+    if OPTIONAL.lower() not in places:
+        notes.append(f"no column {OPTIONAL}; taken as 0")
+    return places, notes
 
 
 def _values(name, row, fields, header, columns):
@@ -227,7 +270,7 @@ def _values(name, row, fields, header, columns):
             f"{name}: row {row}: {len(fields)} fields, the header has {len(header)}; mend or remove the row"
         )
     count = fields[columns["blendshapecount"]]
-    if not count.isdigit() or int(count) != len(header) - 2:
+    if not COUNT.fullmatch(count) or int(count) != len(header) - 2:
         raise InputError(
             f"{name}: row {row}, column BlendShapeCount: '{count[:40]}', but the header has "
             f"{len(header) - 2} columns of values; mend or remove the row"
@@ -257,6 +300,7 @@ def _take(time, values, dropped, columns, notes):
     have = np.setdiff1d(np.arange(len(time)), dropped)
     keys = [key for key in columns if key not in ("timecode", "blendshapecount")]
     known = dict(zip(keys, np.array([values[row] for row in have]).T))
+    known.setdefault(OPTIONAL.lower(), np.zeros(len(have)))
     weights = np.stack([known[expression.lower()] for expression in EXPRESSIONS], 1)
     outside = np.maximum(weights - 1, -weights)
     if dropped:
@@ -275,26 +319,19 @@ def _take(time, values, dropped, columns, notes):
 
     head = np.zeros((len(time), 3))
     if "headyaw" in known:
-        head = fill(np.degrees(np.stack([known[key.lower()] for key in HEAD], 1)) * [-1, -1, 1])
+        turns = np.degrees(np.stack([known[key.lower()] for key in HEAD], 1)) * [-1, -1, 1]
+        head = fill(np.unwrap(turns, axis=0, period=360))
     eyes = None
     if "lefteyeyaw" in known:
         angles = np.stack([known[key.lower()] for key in EYES], 1).reshape(-1, 2, 3)
         eyes = fill(-np.degrees(angles[..., :2])).reshape(-1, 2, 2)
     weights = fill(np.clip(weights, 0, 1)).astype(np.float32)
-    return Take(time - time[0], weights, head, eyes, float(time[0] % DAY), tuple(notes))
+    return Take(time - time[0], weights, head, eyes, float(time[0] % timecode.DAY), tuple(notes))
 
 
-def _rows(numbers):
+def _listed(numbers):
     listed = ", ".join(map(str, numbers[:6])) + (" ..." if numbers[6:] else "")
     return f"{len(numbers)} row{'s' if numbers[1:] else ''} ({listed})"
-
-
-def timecode(seconds):
-    """A time of day in seconds as HH:MM:SS:FF.mmm."""
-    thousandths = round(seconds % DAY * BASE * 1000) % round(DAY * BASE * 1000)
-    frames, thousandths = divmod(thousandths, 1000)
-    whole, frames = divmod(frames, BASE)
-    return f"{whole // 3600:02d}:{whole // 60 % 60:02d}:{whole % 60:02d}:{frames:02d}.{thousandths:03d}"
 
 
 def format_take(take):
@@ -302,7 +339,8 @@ def format_take(take):
     eyes = np.zeros((len(take.seconds), 2, 2)) if take.eyes is None else take.eyes
     index = {expression.lower(): place for place, expression in enumerate(EXPRESSIONS)}
     columns = [take.weights[:, index[column.lower()]] for column in ORDER]
-    columns += list(np.radians(take.head * [-1, -1, 1]).T)
+    turns = take.head - 360 * np.round(take.head / 360)  # what passed the back of the head
+    columns += list(np.radians(turns * [-1, -1, 1]).T)
     if take.eyes is not None:
         for eye in range(2):
             columns += [*np.radians(-eyes[:, eye]).T, np.zeros(len(eyes))]
@@ -310,5 +348,5 @@ def format_take(take):
     lines = [",".join(names)]
     for time, row in zip(take.seconds, np.stack(columns, 1)):
         numbers = ",".join(f"{value + 0.0:.10f}" for value in row)
-        lines.append(f"{timecode(take.start + time)},{len(row)},{numbers}")
+        lines.append(f"{timecode.written(take.start + time)},{len(row)},{numbers}")
     return ("\n".join(lines) + "\n").encode()

@@ -73,12 +73,45 @@ def is_mp4(path):
         return file.read(12)[4:8] in (b"ftyp", b"moov", b"wide", b"mdat", b"free")
 
 
-def read_tracks(path):
+def read_tracks(path: str | os.PathLike) -> list[Track]:
     """The tracks of an MP4 or QuickTime file.
 
     Raises:
-        InputError: damaged, or in fragments.
+        InputError: damaged, truncated, or in fragments.
     """
+    tracks = _indexed(path)
+    for track in tracks:
+        _check_whole(path, track)
+    return tracks
+
+
+def check_frames(path: str | os.PathLike) -> None:
+    """Refuse a video that was cut off, for those who decode it by other means.
+
+    Raises:
+        InputError: frames that the index names lie behind the end of the file.
+    """
+    try:
+        tracks = _indexed(path)
+    except InputError:  # of a kind that is not read here; a decoder may know it
+        return
+    for track in tracks:
+        if track.kind == "vide":
+            _check_whole(path, track)
+
+
+def _check_whole(path, track):
+    end = os.path.getsize(path)
+    held = sum(0 <= offset <= end - size for _, offset, size in track.places)
+    if held < len(track.places):
+        what = "frames" if track.kind == "vide" else "pieces of sound"
+        raise InputError(
+            f"{path}: a truncated MP4: {held} of the {len(track.places)} {what} that its index names; "
+            "copy or download it again"
+        )
+
+
+def _indexed(path):
     try:
         data = _index(path)
         tracks = [_track(path, data, *place) for place in find(data, (b"trak",))]
@@ -145,8 +178,6 @@ def _track(path, data, start, end):
         raise ValueError("it has more chunks than samples")
     durations = np.repeat(steps["delta"].astype(np.int64), steps["count"])
     offsets = _offsets(chunks.astype(np.int64), table(b"stsc", [(n, ">u4") for n in "abc"]), sizes)
-    if count and offsets.max() + sizes.max() > os.path.getsize(path) + sizes.max():
-        raise ValueError("truncated")
     sync = np.ones(count, bool)
     keys = table(b"stss", ">u4").astype(np.int64)
     if len(keys):

@@ -1,11 +1,12 @@
 """Folders of portraits whose 478 landmarks are known: photos and one dense478.npz that names them."""
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
 
 from bakery.errors import InputError
+from bakery.formats import npz
+from bakery.formats.files import read_bytes
 from bakery.types import LANDMARKS
 
 POINTS = "dense478.npz"
@@ -28,10 +29,13 @@ def reference_points(portraits, starts, part=""):
     if not path.is_file():
         raise InputError(f"{portraits}: no {POINTS}; give the folder of portraits that has it")
     try:
-        with np.load(path, allow_pickle=False) as table:
-            names, points = [str(name) for name in table["names"]], table["points"]
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path}: needs arrays `names` and `points` ({error})") from None
+        table = npz.unpack_arrays(read_bytes(path))
+    except npz.NpzError as error:
+        raise InputError(f"{path}: {error}; needs arrays `names` and `points`") from None
+    missing = [name for name in ("names", "points") if name not in table]
+    if missing:
+        raise InputError(f"{path}: lacks {missing[0]}")
+    names, points = [str(name) for name in table["names"]], table["points"]
     if points.ndim != 3 or points.shape[:2] != (len(names), LANDMARKS):
         raise InputError(
             f"{path}: `points` has shape {list(points.shape)}, needs [{len(names)}, 478, 2 or 3]"

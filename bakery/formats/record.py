@@ -1,17 +1,18 @@
 """The records between the stages as files: JSON for what people and programs read, npz for arrays."""
 
-import io
 import json
 import math
-import zipfile
-from dataclasses import fields
+from dataclasses import asdict, fields
 
 import numpy as np
 
 from bakery.errors import InputError
+from bakery.formats import npz
 from bakery.formats.files import digest, read_bytes, write_bytes
-from bakery.types import EXPRESSIONS, LANDMARKS, Camera, Fit, Landmarks, Textures
+from bakery.formats.npz import pack_arrays
+from bakery.types import EXPRESSIONS, LANDMARKS, Camera, Fit, Landmarks, Maker, Textures
 
+REACH = 10  # picture sizes; a point farther from the corner than that belongs to no face in it
 LARGEST_JSON = 64 * 2**20  # bytes
 LARGEST_ARRAYS = 8 * 2**30  # bytes; a 4096-texel texture file has 1 GiB
 
@@ -63,10 +64,11 @@ def faces_to_table(width, height, faces):
 
     Args:
         width, height: pixels of the upright photo.
-        faces: Landmarks of each face.
+        faces: Landmarks of each face, at least one, all of one detector.
     """
     return {
         "image": {"width": int(width), "height": int(height)},
+        "detector": asdict(faces[0].maker),
         "faces": [
             {
                 "box": numbers(face.box, 3),
@@ -83,20 +85,52 @@ def faces_from_table(name, table):
     """Image size (width, height) and the Landmarks of each face.
 
     Raises:
-        InputError: something is missing or has a wrong shape.
+        InputError: something is missing, has a wrong shape, or cannot be a face of such a picture.
     """
     with _reading(name, "bakery detect"):
-        size = (int(table["image"]["width"]), int(table["image"]["height"]))
+        size = (_size(table["image"]["width"]), _size(table["image"]["height"]))
+        maker = _maker(table.get("detector", {"name": "given"}))
         faces = [
             Landmarks(
                 box=np.array(face["box"], np.float64),
                 score=float(face["score"]),
                 points=np.array(face["points"], np.float64)[:, :2],
                 confidence=np.array(face.get("confidence", [1.0] * LANDMARKS), np.float64),
+                maker=maker,
             )
             for face in table["faces"]
         ]
+        for face in faces:
+            _check_face(face, size)
         return size, faces
+
+
+def _maker(table):
+    """The Maker of a table of texts; what it does not know of is left out."""
+    known = {
+        field.name: str(table[field.name])[:200] for field in fields(Maker) if field.name in table
+    }
+    return Maker(**known)
+
+
+def rounded_face(photo, face):
+    """Landmarks as a file of them reads back: what follows is the same with and without the file."""
+    height, width = photo.encoded.shape[:2]
+    return faces_from_table("landmarks", faces_to_table(width, height, [face]))[1][0]
+
+
+def _check_face(face, size):
+    """Raise ValueError for points or a box that lie nowhere near the picture or span nothing."""
+    places = np.concatenate([face.points, face.box[None, :2], face.box[None, 2:]])
+    far = places[np.abs(places).max(1) > REACH * max(size)]
+    if len(far):
+        raise ValueError(
+            f"a point at ({far[0, 0]:.4g}, {far[0, 1]:.4g}), in a picture of {size[0]}x{size[1]}"
+        )
+    if np.ptp(face.points, axis=0).min() < 1:
+        raise ValueError("the points of a face lie in one place or line")
+    if face.box[2:].min() <= 0:
+        raise ValueError("the box of a face has no area")
 
 
 def camera_to_table(camera):
@@ -120,6 +154,7 @@ def fit_to_table(fit, photo=None):
     """
     table = {
         "head": fit.head,
+        "head_sha256": fit.head_sha256,
         "camera": camera_to_table(fit.camera),
         "identity": numbers(fit.identity),
         "expression": dict(zip(EXPRESSIONS, numbers(fit.expression))),
@@ -144,7 +179,7 @@ def fit_from_table(name, table):
         InputError: something is missing or has a wrong shape.
     """
     with _reading(name, "bakery fit"):
-        camera, expression = table["camera"], table["expression"]
+        camera, expression = table["camera"], dict(table["expression"])
         unknown = sorted(set(expression) - set(EXPRESSIONS))
         if unknown:
             raise ValueError(f"unknown expression {', '.join(unknown)}")
@@ -168,6 +203,7 @@ def fit_from_table(name, table):
             seconds=float(table.get("seconds", 0)),
             focal_source=str(table.get("focal_source", "default")),
             diagnostics=dict(table.get("diagnostics", {})),
+            head_sha256=str(table.get("head_sha256", "")),
         )
 
 
@@ -184,6 +220,9 @@ def _size(value):
     return int(value)
 
 
+WRONG = (KeyError, ValueError, TypeError, IndexError, AttributeError, OverflowError)
+
+
 class _reading:
     """Turns what a wrong table raises into one line."""
 
@@ -194,17 +233,14 @@ class _reading:
         return self
 
     def __exit__(self, kind, error, trace):
-        if kind is not None and issubclass(kind, KeyError):
-            raise InputError(
-                f"{self.name}: lacks {error}; write it again with `{self.command}`"
-            ) from None
-        if kind is not None and issubclass(
-            kind, (TypeError, ValueError, IndexError, AttributeError, OverflowError)
-        ):
-            reason = " ".join(str(error).split())[:120]
-            raise InputError(
-                f"{self.name}: {reason}; write it again with `{self.command}`"
-            ) from None
+        if kind is None or not issubclass(kind, WRONG):
+            return
+        reason = " ".join(str(error).split())[:120]
+        if issubclass(kind, KeyError):
+            reason = f"lacks {error}"
+        elif not issubclass(kind, ValueError):
+            reason = "a table of another layout"
+        raise InputError(f"{self.name}: {reason}; write it again with `{self.command}`") from None
 
 
 def read_faces(path):
@@ -217,27 +253,16 @@ def read_fit(path):
     return fit_from_table(path, parse(path, read_bytes(path, LARGEST_JSON)))
 
 
-def pack_arrays(arrays):
-    """Named arrays as npz bytes; the same arrays give the same bytes (numpy would stamp the time)."""
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
-        for name, array in arrays.items():
-            with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as stream:
-                np.lib.format.write_array(stream, np.asarray(array), allow_pickle=False)
-    return buffer.getbuffer()
-
-
 def unpack_arrays(name, data):
     """Named arrays from npz bytes.
 
     Raises:
-        InputError: damaged, or not an npz.
+        InputError: damaged, or not an npz; see `npz.unpack_arrays`.
     """
     try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as file:
-            return {key: file[key] for key in file.files}
-    except (OSError, ValueError, EOFError, KeyError, TypeError, zipfile.BadZipFile):
-        raise InputError(f"{name}: a damaged or foreign file; make it again") from None
+        return npz.unpack_arrays(data, LARGEST_ARRAYS)
+    except npz.NpzError as error:
+        raise InputError(f"{name}: {error}; make it again") from None
 
 
 def write_arrays(path, arrays):
@@ -261,14 +286,23 @@ def read_arrays(path, needed=()):
 
 
 def textures_to_arrays(textures):
-    """Textures as named arrays."""
-    return {field.name: np.array(getattr(textures, field.name)) for field in fields(Textures)}
+    """Textures as named arrays; who made them as JSON text."""
+    table = {field.name: getattr(textures, field.name) for field in fields(Textures)}
+    table["maker"] = json.dumps(asdict(textures.maker))
+    return {name: np.array(value) for name, value in table.items()}
 
 
 def textures_from_arrays(arrays):
     """Textures of what `textures_to_arrays` made."""
     found = {field.name: arrays[field.name] for field in fields(Textures)}
-    return Textures(**found | {"key_names": tuple(str(name) for name in found["key_names"])})
+    return Textures(
+        **found
+        | {
+            "key_names": tuple(str(name) for name in found["key_names"]),
+            "maker": _maker(parse("maker", str(found["maker"]).encode())),
+            "made_from": str(found["made_from"]),
+        }
+    )
 
 
 def read_textures(path):

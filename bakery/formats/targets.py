@@ -1,4 +1,4 @@
-"""Reads presets/expressions: key expressions, gaze directions, mouth poses."""
+"""Reads presets/expressions: named expressions, gaze directions, mouth poses; and weights as text."""
 
 import json
 import tomllib
@@ -6,8 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery.errors import InputError
+from bakery.errors import UsageProblem, no_such
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
+
+LISTED = "`bakery shapes` lists all"  # ends the message about a name that is not known
+PLAIN = "named"  # of NAMED: its expressions go by their names alone
+NAMED = {"named": PLAIN, "keys": "key", "visemes": "viseme"}  # file -> before the names in it
 
 
 def presets_folder():
@@ -21,17 +25,15 @@ def weight_rows(tables, where):
     """Mappings of ARKit names to weights as [n, E] float32.
 
     Raises:
-        InputError: a name that ARKit does not have, or a weight outside 0..1.
+        UsageProblem: a name that ARKit does not have, or a weight outside 0..1.
     """
     out = np.zeros((len(tables), len(EXPRESSIONS)), np.float32)
     for row, table in enumerate(tables):
         for name, weight in table.items():
             if name not in EXPRESSION_INDEX:
-                raise InputError(
-                    f"{where}: unknown shape {name!r}; needs an ARKit name, as jawOpen"
-                )
+                raise no_such(f"{where}: no shape", name, EXPRESSIONS, LISTED)
             if not 0 <= weight <= 1:
-                raise InputError(f"{where}: {name} is {weight}; needs a weight of 0 to 1")
+                raise UsageProblem(f"{where}: {name} is {weight}; needs a weight of 0 to 1")
             out[row, EXPRESSION_INDEX[name]] = weight
     return out
 
@@ -40,6 +42,62 @@ def read_keys(path):
     """Key expressions: names and weights [K, E]."""
     tables = tomllib.loads(Path(path).read_text(encoding="utf-8"))
     return tuple(tables), weight_rows(list(tables.values()), path)
+
+
+def named_expressions():
+    """Every expression with a name: {name: {shape: weight}}.
+
+    Those of expressions/named.toml have plain names, as "laugh"; key expressions and visemes say
+    so, as "key:smile" and "viseme:AA".
+    """
+    found = {}
+    for file, kind in NAMED.items():
+        path = presets_folder() / "expressions" / f"{file}.toml"
+        for name, table in tomllib.loads(path.read_text(encoding="utf-8")).items():
+            found[name if kind == PLAIN else f"{kind}:{name}"] = table
+    return found
+
+
+def parse_weights(text, where, alone=None):
+    """The numbers of "jawOpen=0.6,mouthPucker=1": {name: weight}.
+
+    Args:
+        where: how messages call the text.
+        alone: what a name without a number means; None refuses it.
+
+    Raises:
+        UsageProblem: an entry of another form, or a name that comes twice.
+    """
+    table = {}
+    for item in filter(None, (part.strip() for part in text.split(","))):
+        name, equals, value = (part.strip() for part in item.partition("="))
+        if name in table:
+            raise UsageProblem(f"{where}: {name} comes twice; give it once")
+        try:
+            table[name] = float(value) if equals or alone is None else alone
+        except ValueError:
+            raise UsageProblem(f"{where}: '{item}'; give NAME=VALUE, as jawOpen=0.6") from None
+    return table
+
+
+def expression_weights(text: str) -> np.ndarray:
+    """The weights [E] float32 of expressions by name, as "laugh", "laugh=0.5,viseme:AA=0.3".
+
+    Each name may have a strength of 0..1; single shapes may be among them. What several say about
+    one shape adds up, to 1 at most.
+
+    Raises:
+        UsageProblem: a name or strength that there is not.
+    """
+    known = named_expressions() | {name: {name: 1.0} for name in EXPRESSIONS}
+    where, total = "expression", np.zeros(len(EXPRESSIONS), np.float32)
+    for name, strength in parse_weights(text, where, alone=1.0).items():
+        if name not in known:
+            raise no_such(f"no {where}", name, known, LISTED)
+        if not 0 <= strength <= 1:
+            raise UsageProblem(f"{where}: {name} is {strength}; needs a strength of 0 to 1")
+        total += np.float32(strength) * weight_rows([known[name]], name)[0]
+    return np.minimum(total, 1)
 
 
 def read_gaze(path):

@@ -1,9 +1,11 @@
 """Video clips in, videos out: pictures by OpenCV, everything around them by `mp4` and `webm`.
 
-OpenCV's wheels bring FFmpeg under the LGPL with libvpx (BSD) and no GPL encoder; PyAV's and
-imageio-ffmpeg's bring x264 and x265 (GPL), so they are not used. Of what is left, VP8 plays in every
-browser (7 ms a frame of 512x512 on one core) and MPEG-4 in players and editors (1 ms); VP9 takes
-90 ms, for OpenCV passes no speed to its encoder.
+OpenCV's wheels bring FFmpeg. For Linux it stands under the LGPL with libvpx (BSD); the one for macOS
+on ARM (5.0.0.93) holds libx264 and libx265 (GPL) too, as PyAV's and imageio-ffmpeg's do everywhere.
+Nothing here uses those: the only codecs asked for are VP8, which libvpx codes, and MPEG-4 part 2,
+which FFmpeg's own encoder does, and `encode` refuses any other outcome. VP8 plays in every browser
+(7 ms a frame of 512x512 on one core) and MPEG-4 in players and editors (1 ms); VP9 takes 90 ms, for
+OpenCV passes no speed to its encoder.
 """
 
 import contextlib
@@ -18,6 +20,7 @@ import numpy as np
 
 from bakery.errors import InputError
 from bakery.formats import mp4, webm
+from bakery.formats.files import replacing
 
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # FFmpeg prints on stderr by itself
 KINDS = {".mp4": ("mp4v", ".mp4"), ".webm": ("VP80", ".ivf")}  # ending -> FourCC, of the parts
@@ -42,6 +45,10 @@ class Note:
     text: str
     source_type: str  # IPTC digital source type, a URL
 
+    def xmp(self) -> str:
+        """The same as an XMP packet."""
+        return XMP.format(source=escape(self.source_type), note=escape(self.text))
+
 
 @contextlib.contextmanager
 def quiet():
@@ -60,12 +67,14 @@ class Clip:
         """Open a video.
 
         Raises:
-            InputError: no video that can be read, or too large.
+            InputError: no video that can be read, truncated, or too large.
         """
         path = Path(path)
         if not path.is_file():
             raise InputError(f"{path}: no such file; give a video such as clip.mp4")
         self.path = path
+        if mp4.is_mp4(path):
+            mp4.check_frames(path)
         with quiet():
             self.capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
         if not self.capture.isOpened():
@@ -95,7 +104,7 @@ class Clip:
             last = now
         self.capture.release()
         if last < 0:
-            raise InputError(f"{self.path}: holds no frame that can be read; convert it first")
+            raise InputError("holds no frame that can be read; convert it first")
 
 
 def kind_of(path):
@@ -122,6 +131,9 @@ def encode(pictures, kind, rate):
 
     Returns:
         bytes.
+
+    Raises:
+        InputError: this OpenCV lacks the codec.
     """
     four, ending = KINDS[kind]
     with tempfile.TemporaryDirectory() as folder:
@@ -139,7 +151,17 @@ def encode(pictures, kind, rate):
                     )
             writer.write(cv2.add(cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), LIFT))
         writer.release()
+        if (made := _codec(path, kind)) != four:
+            raise InputError(f"this OpenCV codes {kind} as {made}; choose the other kind of video")
         return Path(path).read_bytes()
+
+
+def _codec(path, kind):
+    """FourCC of what a part holds."""
+    if kind == ".mp4":
+        return mp4.read_tracks(path)[0].entry[4:8].decode("latin-1")
+    with open(path, "rb") as file:
+        return file.read(12)[8:].decode("latin-1")
 
 
 def read_sound(path, kind):
@@ -183,21 +205,11 @@ def join(path, parts, kind, rate, size, note, sound=None, start=0.0):
         sound: from `read_sound`.
         start: seconds of the sound that are left out at its beginning.
     """
-    path = Path(path)
-    handle, temporary = tempfile.mkstemp(prefix=".new-", dir=path.parent)
-    try:
-        with open(handle, "wb") as file:
-            if kind == ".mp4":
-                _join_mp4(file, parts, size, note, sound, start)
-            else:
-                _join_webm(file, parts, rate, size, note, sound, start)
-        mask = os.umask(0o022)
-        os.umask(mask)
-        os.chmod(temporary, 0o666 & ~mask)
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise
+    with replacing(path) as file:
+        if kind == ".mp4":
+            _join_mp4(file, parts, size, note, sound, start)
+        else:
+            _join_webm(file, parts, rate, size, note, sound, start)
 
 
 def _join_mp4(file, parts, size, note, sound, start):
@@ -207,8 +219,7 @@ def _join_mp4(file, parts, size, note, sound, start):
         if heard.places:
             tracks.append(heard)
             delays.append(delay)
-    xmp = XMP.format(source=escape(note.source_type), note=escape(note.text))
-    mp4.write_mp4(file, tracks, size, note.text, xmp, delays)
+    mp4.write_mp4(file, tracks, size, note.text, note.xmp(), delays)
 
 
 def _join_webm(file, parts, rate, size, note, sound, start):

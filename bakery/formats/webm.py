@@ -1,5 +1,6 @@
 """WebM files (Matroska's EBML): find the blocks of a sound track, write VP8 and sound into one file."""
 
+import io
 import struct
 from dataclasses import dataclass
 
@@ -12,7 +13,8 @@ SEGMENT, CLUSTER, TRACKS, INFO = 0x18538067, 0x1F43B675, 0x1654AE6B, 0x1549A966
 ENTRY, TIME, SIMPLE, GROUP, BLOCK = 0xAE, 0xE7, 0xA3, 0xA0, 0xA1
 INSIDE = {SEGMENT, CLUSTER, TRACKS, INFO, ENTRY, GROUP, 0xE1}
 SOUND = ("A_OPUS", "A_VORBIS")  # what WebM may hold
-LARGEST = 16 * 2**20  # bytes of an element other than those above
+LARGEST = 16 * 2**20  # bytes of a track's description
+LONGEST = 64  # bytes of a number or a codec's name
 STEP = 5.0  # seconds of a cluster, at most
 
 
@@ -87,7 +89,9 @@ def read_sound(path):
                     current = {"at": at, "size": size}
                     entries.append(current)
                 elif kind in (0xD7, 0x83, 0x86, 0x2AD7B1, TIME):
-                    data = file.read(min(size, LARGEST))
+                    if not 0 <= size <= LONGEST:
+                        raise ValueError("a number is damaged")
+                    data = file.read(size)
                     value = int.from_bytes(data, "big")
                     if kind == 0x2AD7B1:
                         scale = value
@@ -111,20 +115,20 @@ def read_sound(path):
             codec = sound[0x86].decode("latin-1")
             if codec not in SOUND:
                 raise InputError(f"{path}: its sound is {codec[:20]!r}; WebM holds Opus or Vorbis")
+            if not 0 <= sound["size"] <= min(LARGEST, end - sound["at"]):
+                raise ValueError("its sound is not described")
             file.seek(sound["at"])
-            entry = file.read(sound["size"])
+            entry, number = _stripped(file.read(sound["size"])), sound[0xD7]
     except (ValueError, KeyError, struct.error, EOFError) as error:
         raise InputError(f"{path}: a damaged WebM ({error}); copy or download it again") from None
-    mine = [block for block in blocks if block[0] == sound[0xD7] and block[2] + block[3] <= end]
+    mine = [block for block in blocks if block[0] == number and block[2] + block[3] <= end]
     seconds = np.array([block[1] * scale / 1e9 for block in mine])
     places = [(path, block[2], block[3]) for block in mine]
-    return Blocks(codec, _stripped(entry), seconds, places, np.ones(len(mine), bool))
+    return Blocks(codec, entry, seconds, places, np.ones(len(mine), bool))
 
 
 def _stripped(entry):
     """A track's description without its numbers, which are given anew."""
-    import io
-
     file, kept = io.BytesIO(entry), b""
     while True:
         start = file.tell()
@@ -133,6 +137,8 @@ def _stripped(entry):
         except EOFError:
             return kept
         end = file.tell() + size
+        if size < 0 or end > len(entry):
+            raise ValueError("its sound is not described")
         if kind not in (0xD7, 0x73C5, 0x83, 0x86):
             kept += entry[start:end]
         file.seek(end)

@@ -5,17 +5,15 @@ input or options, another hash means damage; both mean: make it again.
 """
 
 import contextlib
-import fcntl
 import hashlib
 import json
 import logging
 import os
-import shutil
 from pathlib import Path
 
 from bakery.errors import BakeryError, InputError
-from bakery.formats.files import DiskError, digest, disk_error, write_bytes
-from bakery.formats.place import locked_folder, prefix
+from bakery.formats.files import NEW, DiskError, digest, disk_error, write_bytes
+from bakery.formats.place import WORK, locked_folder, prefix, remove_hidden, take_lock
 
 log = logging.getLogger(__name__)
 
@@ -26,13 +24,15 @@ def key_of(*parts):
 
 
 class Work:
-    """Finished steps in a folder."""
+    """Finished steps in a folder; without one, nothing is kept."""
 
     def __init__(self, folder):
-        self.folder = Path(folder)
+        self.folder = folder and Path(folder)
 
     def get(self, name, key):
         """The bytes of an entry, or None if there is none for this key or it is damaged."""
+        if self.folder is None:
+            return None
         try:
             about = json.loads((self.folder / f"{name}.key").read_bytes())
             if about["key"] != key:
@@ -63,9 +63,12 @@ class Work:
 
     def put(self, name, key, data):
         """Keep an entry."""
-        write_bytes(self.folder / name, data)
+        if self.folder is None:
+            return
+        # Not waited for until they are on the disk: what a power cut damages is made again.
+        write_bytes(self.folder / name, data, sync=False)
         about = {"key": key, "sha256": digest(data)}
-        write_bytes(self.folder / f"{name}.key", json.dumps(about).encode())
+        write_bytes(self.folder / f"{name}.key", json.dumps(about).encode(), sync=False)
 
 
 @contextlib.contextmanager
@@ -79,31 +82,32 @@ def work_folder(target, folder=None):
     """
     target = Path(os.path.abspath(target))
     kept = folder is not None
-    place = Path(folder) if kept else target.parent / f"{prefix(target)}work"
+    place = Path(folder) if kept else target.parent / f"{prefix(target)}{WORK}"
     try:
         if place.exists() and not place.is_dir():
             raise InputError(f"{place}: is no folder; give another --work")
         place.mkdir(parents=True, exist_ok=True)
-        lock = open(place / "lock", "wb")
+        lock = take_lock(place)
     except OSError as error:
         raise disk_error(place, error) from None
-    with lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            with locked_folder(target) as own:
-                yield Work(own)
-            return
-        for stale in place.glob(".new-*"):
-            with contextlib.suppress(OSError):
-                stale.unlink()
-        keep = kept
-        try:
-            yield Work(place)
-        except BaseException as error:
-            # Interrupted, or the disk was full: the next run goes on. A refused photo leaves nothing.
-            keep = kept or not isinstance(error, BakeryError) or isinstance(error, DiskError)
-            raise
-        finally:
-            if not keep:
-                shutil.rmtree(place, ignore_errors=True)
+    if lock is None:
+        with locked_folder(target) as own:
+            yield Work(own)
+        return
+    if any(place.glob("*.key")):
+        log.info("%s: goes on from the steps that an earlier run finished", place)
+    for stale in place.glob(f"{NEW}*"):
+        with contextlib.suppress(OSError):
+            stale.unlink()
+    keep = kept
+    try:
+        yield Work(place)
+    except BaseException as error:
+        # Interrupted, or the disk was full: the next run goes on. A refused photo leaves nothing.
+        keep = kept or not isinstance(error, BakeryError) or isinstance(error, DiskError)
+        raise
+    finally:
+        if keep:
+            lock.release()
+        else:
+            remove_hidden(place, target, lock)

@@ -35,6 +35,7 @@ class Generator(Protocol):
 
     name: str
     source_type: str  # IPTC digital source type of what it makes
+    sha256: str  # over the weights that its pictures depend on; "" without any
 
     def generate(
         self, subject: Subject, conditions: Conditions, interior_only: bool = False

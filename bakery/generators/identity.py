@@ -5,7 +5,6 @@ The identity loss of paGAN (section 4) compares such features of two pictures, a
 """
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import torch
@@ -14,8 +13,9 @@ from torch.nn import functional
 
 from bakery.detectors.blocks import Conv, stage
 from bakery.errors import ModelError
+from bakery.paths import ASSETS
 
-WEIGHTS = Path(__file__).resolve().parents[1] / "assets" / "identity" / "identity.safetensors"
+WEIGHTS = ASSETS / "identity" / "identity.safetensors"
 SIZE = 112  # pixels a side that the network looks at
 FEATURES = 128
 WIDTHS = (16, 32, 64, 96, 160)  # channels at 56, 28, 14, 7 and 4 pixels a side

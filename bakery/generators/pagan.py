@@ -16,6 +16,7 @@ import torch
 from torch.nn import functional
 
 from bakery.errors import ModelError
+from bakery.formats.files import digest_file
 from bakery.generators import expected_folds
 from bakery.generators.eyes import with_photographed_eyes
 from bakery.generators.fold_maps import TINT, FoldMaps
@@ -27,9 +28,10 @@ from bakery.generators.shade import is_part
 from bakery.generators.unet import NetworkOptions, UNet, byte_range, input_layers, parts_of
 from bakery.geometry import camera as cameras
 from bakery.landmarks import FACE
+from bakery.paths import ASSETS
 from bakery.types import Generated
 
-WEIGHTS = Path(__file__).resolve().parents[1] / "assets" / "generators" / "pagan.safetensors"
+WEIGHTS = ASSETS / "generators" / "pagan.safetensors"
 KIND = "bakery generator 1"  # says in a file's metadata what it is
 # Lines that the rendered generator draws: smiles do not make them, and of brows that rise or frown the
 # network has seen painted people alone, too few (2,000 steps leave a forehead nearly smooth).
@@ -48,18 +50,19 @@ class PaganGenerator:
     name = "pagan"
     source_type = "compositeWithTrainedAlgorithmicMedia"
 
-    def __init__(self, network, half=None):
+    def __init__(self, network, half=None, sha256=""):
         """Wrap a folded network.
 
         Args:
             network: UNet built with `folded=True`.
             half: compute in bfloat16; None: where the processor has the instructions. A timing
                 could choose otherwise from run to run, and two bakes must give the same bytes.
+            sha256: of the file that the weights came from.
         """
         # Pictures are painted side by side (bakery.parallel); one that is split between cores as
         # well takes 1.3 to 1.7 times the processor time.
         torch.set_num_threads(1)
-        self.network = network.eval()
+        self.network, self.sha256 = network.eval(), sha256
         self._unit = 2 ** len(network.options.channels)
         self._folds = FoldMaps(BORROWED)
         half = torch.cpu._is_avx512_bf16_supported() if half is None else half
@@ -244,4 +247,4 @@ def load(path=WEIGHTS, half=None):
         raise ModelError(
             f"{path}: weights of another network; give a file that this version exported"
         ) from None
-    return PaganGenerator(network, half)
+    return PaganGenerator(network, half, sha256=digest_file(path))

@@ -33,6 +33,7 @@ class RenderedGenerator:
 
     name = "rendered"
     source_type = "compositeSynthetic"
+    sha256 = ""  # it has no weights
 
     def __init__(self):
         self._folds = FoldMaps()

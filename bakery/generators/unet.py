@@ -18,6 +18,7 @@ from bakery.generators import expected_folds, strain
 from bakery.generators.planes import encode
 from bakery.generators.shade import MOUTH, is_part
 from bakery.geometry import color as colors
+from bakery.settings import Settings, setting
 
 # Planes of the input and their channels, in order; a network may be given fewer.
 INPUTS = {
@@ -31,13 +32,17 @@ ALPHA_BIAS = -3.0  # alpha begins at 0.05
 
 
 @dataclass(frozen=True)
-class NetworkOptions:
+class NetworkOptions(Settings):
     """The shape of a network."""
 
-    channels: tuple[int, ...] = (24, 48, 96, 128, 160)  # at 1/2, 1/4, ... of the picture's side
-    blocks: int = 1  # residual blocks a level, on the way down and on the way up
-    head: str = "change"  # or "plain": the paper's picture
-    inputs: tuple[str, ...] = tuple(INPUTS)
+    channels: tuple[int, ...] = setting(
+        (24, 48, 96, 128, 160), "at 1/2, 1/4, ... of the picture's side", 1, 4096, count=(1, 8)
+    )
+    blocks: int = setting(1, "residual blocks a level, on the way down and on the way up", 0, 64)
+    head: str = setting("change", "what is painted; plain: the paper's picture", choices=HEADS)
+    inputs: tuple[str, ...] = setting(
+        tuple(INPUTS), "what is seen", choices=tuple(INPUTS), count=(1, len(INPUTS))
+    )
 
 
 class UNet(nn.Module):

@@ -1,6 +1,8 @@
 """What a head model is: data, not code. `bakery.heads.file` reads and writes it."""
 
-from dataclasses import dataclass, field, replace
+import hashlib
+import json
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, wraps
 from threading import RLock
 from weakref import finalize
@@ -97,6 +99,25 @@ class HeadModel:
             whole=self,
             whole_vertices=used,
         )
+
+    @cached_property
+    def digest(self):
+        """SHA-256 over every name and number of the head, for what is made from it.
+
+        Each array goes in with its name, type and shape, so that no two heads read alike.
+        """
+        sha = hashlib.sha256()
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if isinstance(value, HeadModel):
+                value = value.digest
+            if isinstance(value, np.ndarray):
+                about = [entry.name, str(value.dtype), value.shape]
+                sha.update(json.dumps(about).encode())
+                sha.update(np.ascontiguousarray(value).data)
+            else:
+                sha.update(json.dumps([entry.name, value], sort_keys=True).encode())
+        return sha.hexdigest()
 
     @cached_property
     def landmark_vertices(self):

@@ -5,7 +5,6 @@ side it belongs to; sides are told apart by what jawOpen and eyeBlink move.
 """
 
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -16,14 +15,15 @@ from bakery.geometry.mesh import boundary_loops
 from bakery.geometry.raster import rasterize
 from bakery.heads import margins
 from bakery.heads.base import CARRIERS, PARTS
-from bakery.heads.carriers import split_ring
 from bakery.heads.eyes import iris_vertices
 from bakery.heads.file import save_arrays
 from bakery.heads.place import place, place_head
+from bakery.heads.proxies import split_ring
 from bakery.landmarks import EYE_CORNERS, FACE
+from bakery.paths import ASSETS
 from bakery.types import EXPRESSION_INDEX
 
-EMBEDDINGS = Path(__file__).resolve().parent.parent / "assets" / "embeddings"
+EMBEDDINGS = ASSETS / "embeddings"
 SIZE = 720  # pixels of the picture that points are cast in
 OUTLINE = (15.0, 25.0)  # mm: what lies this far below a surface, and this far behind it, is throat
 

@@ -21,14 +21,23 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery.errors import InputError, ModelError
+from bakery import plugins
+from bakery.errors import InputError, ModelError, no_such
+from bakery.formats import npz
+from bakery.formats.files import read_bytes, replacing
 from bakery.heads.base import FOLLOW, PARTS, HeadModel
+from bakery.paths import ASSETS
 from bakery.types import EXPRESSIONS, LANDMARKS
 
-BUILT_IN = Path(__file__).resolve().parent.parent / "assets" / "heads"
+BUILT_IN = ASSETS / "heads"
 DEFAULT = "makehuman"
 # Bytes of identity modes that are stored as they are: inflating the built-in head's took 28 of 65 ms.
 PLAIN = 6_000_000
+MOST_VERTICES = 500_000  # unpacked, the 52 expressions have 624 bytes a vertex
+TEXT = "name licence source part_names expression_names rectangle_names".split()
+WHOLE = (
+    "faces uv_faces face_part follow expression_start expression_vertex landmark_faces"
+).split()
 ARRAYS = (
     "name licence source mean faces uv uv_faces face_part part_names follow identity "
     "expression_names expression_start expression_vertex expression_value landmark_faces "
@@ -62,7 +71,7 @@ def find_head(name_or_path):
     """The file of a head model.
 
     Raises:
-        InputError: neither a known name nor a file.
+        UsageProblem: neither a known name nor a file.
     """
     known = list_heads()
     if str(name_or_path) in known:
@@ -70,28 +79,31 @@ def find_head(name_or_path):
     path = Path(name_or_path)
     if path.is_file():
         return path
-    raise InputError(
-        f"no head model {str(name_or_path)!r}; known: {', '.join(sorted(known)) or 'none'}; "
-        "give one of these or the path of a .npz"
-    )
+    names = sorted({*known, *plugins.known("heads")})
+    raise no_such("no head model", name_or_path, names, "or give the path of a .npz")
 
 
 def load_head(name_or_path=DEFAULT):
     """Read a head model and check it.
 
     Args:
-        name_or_path: a built-in name, the name of an imported one, or a path.
+        name_or_path: a built-in name, the name of an imported one or of a plug-in, or a path.
 
     Raises:
-        InputError: no such head model.
+        UsageProblem: no such head model.
         ModelError: the file is damaged or not a head model.
     """
+    if str(name_or_path) in plugins.known("heads") and str(name_or_path) not in list_heads():
+        made = plugins.plug_in("heads", str(name_or_path))
+        if isinstance(made, HeadModel):
+            return made
+        name_or_path = made
     path = find_head(name_or_path)
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {key: file[key] for key in file.files}
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
-        raise ModelError(f"{path}: not a readable head model ({error}); import it again") from error
+        arrays = npz.unpack_arrays(read_bytes(path))
+    except (npz.NpzError, InputError) as error:
+        reason = str(error).removeprefix(f"{path}: ")
+        raise ModelError(f"{path}: not a readable head model ({reason}); import it again") from None
     try:
         return _from_arrays(arrays)
     except ValueError as error:
@@ -102,6 +114,14 @@ def _from_arrays(arrays):
     missing = [key for key in ARRAYS if key not in arrays]
     if missing:
         raise ValueError(f"lacks {', '.join(missing)}")
+    for key in ARRAYS:
+        kinds, wanted = ("iu", "whole numbers") if key in WHOLE else ("f", "numbers with a point")
+        if key in TEXT:
+            kinds, wanted = "U", "text"
+        if arrays[key].dtype.kind not in kinds:
+            raise ValueError(f"{key} holds {arrays[key].dtype}, needs {wanted}")
+        if arrays[key].ndim == 0 and key not in ("name", "licence", "source"):
+            raise ValueError(f"{key} is one value, needs a list")
     names = [str(name) for name in arrays["part_names"]]
     unknown = sorted(set(names) - set(PARTS))
     if unknown:
@@ -113,6 +133,8 @@ def _from_arrays(arrays):
         )
     mean, uv = arrays["mean"], arrays["uv"]
     V, F, U = len(mean), len(arrays["faces"]), len(uv)
+    if V > MOST_VERTICES:
+        raise ValueError(f"has {V} vertices, at most {MOST_VERTICES} are read")
     shapes = {
         "mean": (V, 3),
         "faces": (F, 3),
@@ -228,16 +250,12 @@ def save_arrays(path, arrays, plain=None):
     Args:
         plain: name of an array that is not compressed.
     """
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-            for key, array in arrays.items():
-                stamp = zipfile.ZipInfo(f"{key}.npy", (1980, 1, 1, 0, 0, 0))  # np.savez writes now
-                stamp.compress_type = zipfile.ZIP_STORED if key == plain else zipfile.ZIP_DEFLATED
-                with archive.open(stamp, "w") as stream:
-                    np.lib.format.write_array(stream, np.asarray(array), allow_pickle=False)
-        draft.replace(path)
-    finally:
-        draft.unlink(missing_ok=True)
+    with (
+        replacing(path) as file,
+        zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive,
+    ):
+        for key, array in arrays.items():
+            stamp = zipfile.ZipInfo(f"{key}.npy", (1980, 1, 1, 0, 0, 0))  # np.savez writes now
+            stamp.compress_type = zipfile.ZIP_STORED if key == plain else zipfile.ZIP_DEFLATED
+            with archive.open(stamp, "w") as stream:
+                np.lib.format.write_array(stream, np.asarray(array), allow_pickle=False)

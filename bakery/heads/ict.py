@@ -5,19 +5,20 @@ References:
     Li et al., "Learning Formation of Physically-Based Face Attributes", CVPR 2020.
 """
 
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from bakery.errors import InputError
+from bakery.formats import npz
+from bakery.formats.files import read_bytes
 from bakery.geometry.mesh import boundary_loops
 from bakery.heads.base import CARRIERS, PARTS
-from bakery.heads.carriers import mouth_sheet
 from bakery.heads.embed import known_landmarks, on_faces
 from bakery.heads.eyes import Ball, eye_cap, eyeball, fit_ball
 from bakery.heads.patch import Patch, boxed, follow_ids, join, place
+from bakery.heads.proxies import mouth_sheet
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 LICENCE = "MIT, (c) 2020 USC Institute for Creative Technologies"
@@ -105,8 +106,7 @@ def read(path):
 
 def _read_npz(path):
     try:
-        with np.load(path, allow_pickle=False) as file:
-            data = {key: file[key] for key in file.files}
+        data = npz.unpack_arrays(read_bytes(path))
         start, index, value = data["expr_ptr"], data["expr_idx"], data["expr_val"]
         shapes = {}
         for k, name in enumerate(data["expr_names"]):
@@ -121,7 +121,7 @@ def _read_npz(path):
             data["identity_deltas"].astype(np.float32),
             shapes,
         )
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+    except (ValueError, KeyError, IndexError, TypeError) as error:
         raise InputError(f"{path}: not a file of ICT-FaceKit ({error})") from error
 
 

@@ -20,7 +20,7 @@ from bakery.runtime.blend import gaze_slide, lay_hair, nearest_gaze
 from bakery.runtime.cards import card_sides, card_weights
 from bakery.runtime.mouth import neighbours
 from bakery.runtime.render import SAMPLES, SHOWN, Frame, paintable
-from bakery.stages.texture_mouth import LIPS
+from bakery.stages.texture.mouth import LIPS
 
 GRAY = 0.18  # linear, behind the head
 FAINT = 5e-4  # mask below which an expression is not felt in a square of texels

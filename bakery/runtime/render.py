@@ -14,7 +14,7 @@ from bakery.heads.base import EYES, PARTS
 from bakery.runtime.blend import face_texture, gaze_slide, lay_hair, nearest_gaze
 from bakery.runtime.cards import card_weights, lay_cards
 from bakery.runtime.mouth import mouth_picture
-from bakery.stages.texture_mouth import mouth_landmarks
+from bakery.stages.texture.mouth import mouth_landmarks
 
 SAMPLES = 2  # per pixel and axis
 SHOWN = ("skin", "mouth_sheet", "eye_cap_left", "eye_cap_right")

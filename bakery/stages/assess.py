@@ -8,6 +8,7 @@ import numpy as np
 from bakery import landmarks as marks
 from bakery.geometry import rotation
 from bakery.geometry.color import LUMA, to_linear
+from bakery.settings import Settings, setting
 from bakery.stages.segment import EYES, GLASSES, HIDDEN, SKIN, occlusion
 from bakery.types import EXPRESSION_INDEX
 
@@ -24,32 +25,61 @@ PARTS = (  # of the face, each hidden by itself, and the side it lies on: +1 lef
     (np.array([397, 365, 379, 378, 400, 377, 152]), 1),
     (np.array([172, 136, 150, 149, 176, 148, 152]), -1),
 )
+EXPLAINS = {"mirrored": "landmarks", "cut": "covered"}  # finding: what it is also measured as
+LINES = np.concatenate(  # what is where for everybody who looks: unlike jaw and cheeks
+    [marks.EYE_RIGHT, marks.EYE_LEFT, marks.BROW_RIGHT, marks.BROW_LEFT]
+    + [marks.LIPS_OUTER_UPPER, marks.LIPS_OUTER_LOWER]
+)
+IN_MIRROR = np.concatenate(  # what each of LINES is in a mirror
+    [marks.EYE_LEFT, marks.EYE_RIGHT, marks.BROW_LEFT, marks.BROW_RIGHT]
+    + [marks.LIPS_OUTER_UPPER[::-1], marks.LIPS_OUTER_LOWER[::-1]]
+)
+AGREE = 0.01  # of the eye corners' distance: nearer than this landmarks are the same
 ASIDE, AWAY = 0.2, 0.34  # sine of a head's turn from which its far side, its whole jaw is unsure
 
 
 @dataclass(frozen=True)
-class Limits:
+class Limits(Settings):
     """Where warnings begin: beyond what neutral, evenly lit portraits of london/train measure."""
 
-    expression: float = 0.42  # weight of what is not neutral, see `_expression`; neutral: up to 0.4
-    # gap between the lips over the mouth's width; neutral: up to 0.11 (full dark lips), most 0.05
-    open_mouth: float = 0.12
-    yaw: float = 20.0  # degrees
-    pitch: float = 20.0  # degrees
-    closed_eyes: float = 0.13  # at least: lid opening over the eye's width; neutral: from 0.21
-    glasses: float = 0.04  # share of the eye region
-    hair: float = 0.05  # share of the face; neutral: up to 0.01
-    hidden: float = 0.02  # share of the face; neutral: 0
-    # at least: landmarks of one part of the face are as sure as this times those of the surest;
-    # neutral: from 0.9, in the dark 0.88, a painted hand before the chin: up to 0.84
-    covered: float = 0.85
-    shadow: float = 1.0  # stops between the halves of the face; neutral: up to 0.3
-    # share of plain skin, see `fit_photo.dark_share`; neutral: up to 0.02, smiling 0.028
-    cast_shadow: float = 0.03
-    dark: float = 0.3  # at least: white of the brighter eye, encoded; neutral: from 0.4
-    small: float = 200.0  # at least: pixels that the face is large; the texture shows it at 500
-    # at least: see `sharpness`; sharp: from 0.11, blurred by 0.4 (0.8)% of the face up to 0.07 (0.01)
-    blur: float = 0.03
+    # See `_expression`; neutral: up to 0.4.
+    expression: float = setting(0.42, "weight of what is not neutral", 0, 52)
+    # Neutral: up to 0.11 (full dark lips), most 0.05.
+    open_mouth: float = setting(0.12, "gap between the lips over the mouth's width", 0, 10)
+    yaw: float = setting(20.0, "turn of the head to a side", 0, 90, unit="degrees")
+    pitch: float = setting(20.0, "turn of the head up or down", 0, 90, unit="degrees")
+    # Neutral: from 0.21.
+    closed_eyes: float = setting(0.13, "at least: lid opening over the eye's width", 0, 1)
+    glasses: float = setting(0.04, "share of the eye region that glasses cover", 0, 1)
+    hair: float = setting(0.05, "share of the face behind hair", 0, 1)  # neutral: up to 0.01
+    hidden: float = setting(0.02, "share of the face that is hidden", 0, 1)  # neutral: 0
+    # Neutral: from 0.9, in the dark 0.88, a painted hand before the chin: up to 0.84.
+    covered: float = setting(
+        0.85, "at least: how sure the landmarks of each part of the face are, over the surest", 0, 1
+    )
+    # Neutral: up to 0.3.
+    shadow: float = setting(
+        1.0, "difference of light between the halves of the face", 0, 20, unit="stops"
+    )
+    # See `fit_photo.dark_share`; neutral: up to 0.02, smiling 0.028.
+    cast_shadow: float = setting(0.03, "share of plain skin in a cast shadow", 0, 1)
+    # Neutral: from 0.4.
+    dark: float = setting(0.3, "at least: white of the brighter eye, sRGB-encoded", 0, 1)
+    # The texture shows a face at 500 pixels.
+    small: float = setting(200.0, "at least: size of the face", 0, 8192, unit="pixels")
+    # See `sharpness`; sharp: from 0.11, blurred by 0.4 (0.8)% of the face up to 0.07 (0.01).
+    blur: float = setting(0.03, "at least: sharpness", 0, 1)
+    # See `_flatness`; 82 photos: up to 0.02, made grey up to 0.16; drawn in 12 colours: from 0.44.
+    flat: float = setting(0.3, "share of the face that its three commonest colours hold", 0, 1)
+    # Whole faces: 0.
+    cut: float = setting(0.01, "share of the landmarks outside of the photo", 0, 1)
+    # See `_strayed`; a photo's own, given by others: up to 0.034; another person's, whose eyes lie
+    # in the same place: mean 0.1.
+    landmarks: float = setting(
+        0.05, "distance from detected landmarks over that of the outer eye corners", 0, 10
+    )
+    # Own: up to 1.4.
+    mirrored: float = setting(2.0, "times that they lie nearer when they are mirrored", 1, 100)
 
 
 @dataclass(frozen=True)
@@ -62,20 +92,25 @@ class Finding:
     limit: float
 
 
-def assess(photo, landmarks, fit, segmentation, limits=Limits()):
+def assess(photo, landmarks, fit, segmentation, limits=Limits(), seen=()):
     """Measure what may spoil an avatar.
 
     Args:
         photo: Photo.
-        landmarks: Landmarks of the face.
+        landmarks: Landmarks of the face, detected or given.
         fit: Fit.
         segmentation: Segmentation.
+        seen: Landmarks of all faces that the detector finds in the photo, to compare them with.
 
     Returns:
         list of Finding, empty for a good portrait.
     """
-    measured = measure(photo, landmarks, fit, segmentation)
+    measured = measure(photo, landmarks, fit, segmentation, seen)
     checks = (  # code, too much or too little, what it means
+        ("mirrored", 1, "the landmarks are those of the mirrored photo; detect again"),
+        ("landmarks", 1, "the landmarks are not those of this face; detect again"),
+        ("cut", 1, "the face is cut by the picture's edge; what is outside is made up"),
+        ("flat", 1, "the face has hardly any shades, as a drawing; its shape is a guess"),
         ("expression", 1, "the face is not neutral; its folds stay in the neutral texture"),
         ("open_mouth", 1, "the mouth is open; teeth stay in the neutral texture"),
         ("yaw", 1, "the head is turned; one side of the face is made up from the other"),
@@ -100,10 +135,11 @@ def assess(photo, landmarks, fit, segmentation, limits=Limits()):
         value, limit = measured[code], getattr(limits, code)
         if sign * (value - limit) > 0:
             found.append(Finding(code, message, round(float(value), 4), limit))
-    return found
+    explained = {EXPLAINS.get(finding.code) for finding in found}
+    return [finding for finding in found if finding.code not in explained]
 
 
-def measure(photo, landmarks, fit, segmentation):
+def measure(photo, landmarks, fit, segmentation, seen=()):
     """The numbers behind the warnings, by the names of `Limits`."""
     forward = rotation.matrix(fit.camera.rotation)[:, 2]
     hidden = occlusion(segmentation, landmarks.points)
@@ -119,6 +155,8 @@ def measure(photo, landmarks, fit, segmentation):
         "covered": _sureness(landmarks, segmentation.labels, forward[0]),
         "cast_shadow": fit.diagnostics.get("shadow_share", 0.0),
         "dark": _white(photo, landmarks.points, segmentation.labels),
+        "cut": _outside(photo, landmarks.points),
+        **_strayed(photo, landmarks.points, seen),
         **_pixels(photo, landmarks, segmentation),
     }
 
@@ -186,8 +224,52 @@ def _white(photo, points, labels):
     return max(seen, default=1.0)
 
 
+def _outside(photo, points):
+    """Share of the face's landmarks that lie outside of the photo, where a cut face goes on."""
+    size = photo.encoded.shape[1::-1]
+    return float(((points < 0) | (points > size))[: marks.FACE].any(1).mean())
+
+
+def _strayed(photo, points, seen):
+    """How far landmarks lie from those that were detected, and how much nearer in a mirror.
+
+    Mirrored are the landmarks of a photo that was mirrored later, or coordinates alone that were:
+    then the left eye is on the right as well.
+    """
+    if not seen:
+        return {"landmarks": 0.0, "mirrored": 1.0}
+    flipped = points * [-1, 1] + [photo.encoded.shape[1], 0]
+    given = np.stack([points[LINES], flipped[LINES], flipped[IN_MIRROR]])
+    nearest = min(
+        (
+            np.linalg.norm(given - face.points[LINES], axis=2).mean(1)
+            / marks.face_size(face.points)
+            for face in seen
+        ),
+        key=min,
+    )
+    return {
+        "landmarks": float(nearest[0]),
+        "mirrored": float(nearest[0] / max(nearest[1:].min(), AGREE)),
+    }
+
+
+def _flatness(face, inside):
+    """Share of the face's pixels that its three commonest colours hold, of 128 steps a channel.
+
+    Its brightest counts as white, so that dark photos do not look flat.
+    """
+    colors = face[inside]
+    if not len(colors):
+        return 0.0
+    white = max(np.percentile(colors, 99), 0.05)
+    steps = np.clip(colors / white * 128, 0, 127).astype(np.int64)
+    counts = np.unique(steps @ [128 * 128, 128, 1], return_counts=True)[1]
+    return float(np.sort(counts)[-3:].sum() / len(colors))
+
+
 def _pixels(photo, landmarks, segmentation):
-    """Shadow, size and sharpness of the face."""
+    """Shadow, size, sharpness and colours of the face."""
     points = landmarks.points[:468]
     low, high = points.min(0), points.max(0)
     scale = FACE / float((high - low).max())
@@ -208,6 +290,7 @@ def _pixels(photo, landmarks, segmentation):
         "shadow": _shadow(face, skin & inside, landmarks.points @ matrix[:, :2].T + matrix[:, 2]),
         "small": float((high - low).max()),
         "blur": sharpness(face, inside),
+        "flat": _flatness(face, inside),
     }
 
 

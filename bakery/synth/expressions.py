@@ -3,7 +3,7 @@
 import numpy as np
 
 from bakery.heads.base import look, weights
-from bakery.stages.texture_mouth import ranging, smiling, talking
+from bakery.stages.texture.mouth import ranging, smiling, talking
 from bakery.synth.scene import EXPRESSIVE
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 

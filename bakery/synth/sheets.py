@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from bakery.heads.base import gaze_of
-from bakery.heads.clay import labelled, tile
-from bakery.heads.penetrate import singles
+from bakery.heads.report.penetrate import singles
+from bakery.heads.report.shaded import labelled, tile
 from bakery.synth.render import dress, paint
 from bakery.synth.scene import Scene, portrait_camera, studio_light
 from bakery.synth.subject import Subject, random_subject

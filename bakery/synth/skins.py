@@ -20,7 +20,7 @@ from bakery.geometry.noise import value_noise
 from bakery.landmarks import FACE, OVAL
 from bakery.stages import texture
 from bakery.stages.atlas import make_atlas
-from bakery.stages.texture_complete import INFERRED, shading
+from bakery.stages.texture.complete import INFERRED, shading
 from bakery.synth.skin import HAEMOGLOBIN, MELANIN
 
 TEXELS = 512  # side of a skin; 0.5 mm on the face

@@ -18,9 +18,9 @@ from bakery.geometry.color import LUMA, to_linear
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
 from bakery.landmarks import FACE
-from bakery.stages import fit_albedo
-from bakery.stages.fit_albedo import AlbedoBasis
-from bakery.stages.warp import residual_offsets
+from bakery.stages.fit import albedo as fit_albedo
+from bakery.stages.fit.albedo import AlbedoBasis
+from bakery.stages.fit.warp import residual_offsets
 
 SKIN_LUMA = 0.35  # mean albedo of skin by convention: light and albedo share one free scale
 

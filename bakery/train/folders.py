@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery import steps
+from bakery.bake.faces import one_face
 from bakery.errors import InputError
 from bakery.types import Landmarks
 
@@ -100,7 +100,7 @@ def landmarks_by(dense=None):
         ends = ("/".join(parts[-n:]) for n in range(1, min(len(parts), 5) + 1))
         points = next((known[end] for end in ends if end in known), None)
         if points is None:
-            return steps.one_face(path)[1]
+            return one_face(path)[1]
         points = points[:, :2].astype(np.float64)
         box = np.concatenate([points.min(0), np.ptp(points, 0)])
         return Landmarks(box, 1.0, points, np.ones(len(points)))

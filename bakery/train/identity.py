@@ -20,6 +20,7 @@ from bakery.detectors.blocks import fold
 from bakery.errors import InputError
 from bakery.formats.files import write_bytes
 from bakery.generators.identity import FEATURES, SIZE, IdentityNet, features_of, verify
+from bakery.settings import SEEDS, Settings, setting
 from bakery.synth.pairs import Shard, shards_of
 from bakery.train import runs
 
@@ -29,17 +30,21 @@ CHECKPOINT = "checkpoint.safetensors"
 
 
 @dataclass(frozen=True)
-class IdentityOptions:
+class IdentityOptions(Settings):
     """How to train."""
 
-    steps: int = 1500
-    batch: int = 40
-    rate: float = 2e-3  # of Adam, one cycle: up in a tenth of the steps, down to nothing
-    decay: float = 1e-3  # weight decay
-    scale: float = 20.0  # of the cosines (Wang et al., "CosFace", CVPR 2018, eq. 4: s and m)
-    margin: float = 0.2
-    photos: float = 0.3  # share of samples from folders of photographs, if there are any
-    seed: int = 0
+    steps: int = setting(1500, "of training", 1, 10**7)
+    batch: int = setting(40, "samples a step", 2, 65536)
+    # One cycle: up in a tenth of the steps, down to nothing.
+    rate: float = setting(2e-3, "of Adam, at its highest", 0, 1)
+    decay: float = setting(1e-3, "weight decay", 0, 1)
+    # Wang et al., "CosFace", CVPR 2018, eq. 4: s and m.
+    scale: float = setting(20.0, "of the cosines", 1e-3, 1000)
+    margin: float = setting(0.2, "of the cosines", 0, 2)
+    photos: float = setting(
+        0.3, "share of samples from folders of photographs, if there are any", 0, 1
+    )
+    seed: int = setting(0, "of all chance", 0, SEEDS)
 
 
 def pictures_of(folder):

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from bakery.stages.texture_mouth import (
+from bakery.stages.texture.mouth import (
     candidate_poses,
     mouth_landmarks,
     ranging,

@@ -10,6 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from bakery.bake.subject import Sitter
 from bakery.errors import BakeryError
 from bakery.generators.hints import hints
 from bakery.generators.planes import encode
@@ -17,7 +18,6 @@ from bakery.geometry.color import LUMA, to_linear
 from bakery.geometry.fill import diffuse
 from bakery.geometry.sample import bicubic
 from bakery.heads.base import PARTS
-from bakery.sitter import Sitter
 from bakery.synth.pairs import NAME, PaintedPair, write_shard
 
 FLOW_LIMIT = 3.0  # pixels that the flow may move the target

@@ -1,8 +1,9 @@
 """Unwraps photographs of neutral faces into skins for painted training subjects."""
 
-from bakery import steps
+from bakery.bake.faces import one_face
+from bakery.bake.fitting import fit_portrait, own_head
 from bakery.errors import InputError
-from bakery.stages.texture_hair import cover_of
+from bakery.stages.texture.hair import cover_of
 from bakery.synth import skins
 
 PATTERN = "*_neutral.jpg"
@@ -29,9 +30,9 @@ def unwrap_folder(photos, head, output):
         target = output / f"{head.name}-{path.stem.split('_')[0]}.npz"
         if target.exists():
             continue
-        photo, landmarks = steps.one_face(path)
-        fit, segmentation = steps.place_head(path, photo, landmarks, head)
-        own, neutral = steps.own_head(head, fit)
+        photo, landmarks = one_face(path)
+        fit, segmentation = fit_portrait(path, photo, landmarks, head)
+        own, neutral = own_head(head, fit)
         cover = cover_of(photo.encoded, segmentation, landmarks.points)
         skins.save(target, skins.unwrap(photo, landmarks, fit, neutral, own, cover))
         yield target

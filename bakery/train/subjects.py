@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from bakery import steps
+from bakery.bake.fitting import segment_portrait
+from bakery.bake.options import BuildOptions
 from bakery.formats.image import read_photo
 from bakery.formats.portraits import reference_points
 from bakery.stages.fit import FitOptions, fit
@@ -24,5 +25,5 @@ def albedo_subjects(portraits, head, start=TRAINING):
         photo = read_photo(path)
         box = np.concatenate([points.min(0), np.ptp(points, 0)])
         face = Landmarks(box, 1.0, points, np.ones(len(points)))
-        skin = steps.segment_portrait(photo, face, steps.BuildOptions()).skin
+        skin = segment_portrait(photo, face, BuildOptions()).skin
         yield photo, fit(photo, face, head, FitOptions(photometric=False)), skin

@@ -14,8 +14,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from bakery import __version__, steps
+from bakery import __version__
+from bakery.bake.faces import one_face
+from bakery.bake.fitting import segment_portrait
+from bakery.bake.options import BuildOptions
 from bakery.formats.image import read_photo
+from bakery.heads.file import load_head
+from bakery.plugins import plug_in
 from bakery.stages.detect import detect_faces
 from bakery.stages.fit import FitOptions, fit
 
@@ -53,12 +58,12 @@ def measure(sample):
     scale = 1350 / max(photo.encoded.shape[:2])
     picture = cv2.resize(photo.encoded, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     picture = np.clip(picture, 0, 1)
-    detector = steps.plug_in("detectors", "network")
+    detector = plug_in("detectors", "network")
     figures["detect_ms"] = 1000 * best(lambda: detect_faces(picture, detector), 10)
 
-    photo, face = steps.one_face(sample)
-    head = steps.load_head("makehuman")
-    skin = steps.segment_portrait(photo, face, steps.BuildOptions()).skin
+    photo, face = one_face(sample)
+    head = load_head("makehuman")
+    skin = segment_portrait(photo, face, BuildOptions()).skin
     figures["fit_ms"] = 1000 * best(lambda: fit(photo, face, head, skin=skin), 5)
     plain = FitOptions(photometric=False, warp=False)
     figures["fit_landmarks_ms"] = 1000 * best(lambda: fit(photo, face, head, plain), 5)

@@ -22,14 +22,15 @@ def bake(tmp_path):
     bakery.write_text(BAKERY)
     bakery.chmod(0o755)
 
-    def run():
+    def run(flags=""):
         made = subprocess.run(
-            [sys.executable, "-m", "bakery.cli.avatars_makefile", photos, out, bakery, ""],
-            capture_output=True, text=True, check=True,
+            [sys.executable, "-m", "bakery.cli.avatars_makefile", photos, out, bakery, flags],
+            capture_output=True, text=True,
         )  # fmt: skip
-        (tmp_path / "avatars.mk").write_text(made.stdout)
+        if made.returncode:
+            return made
         return subprocess.run(
-            ["make", "--keep-going", "-f", tmp_path / "avatars.mk", "all"],
+            ["make", "--keep-going", "-f", out / ".avatars.mk", "all"],
             capture_output=True, text=True,
         )  # fmt: skip
 
@@ -53,7 +54,7 @@ def test_one_bad_photo_stops_only_its_own_target(bake):
         (photos / name).write_text(name)
     result = run()
     assert result.returncode != 0 and "cannot be used" in result.stderr
-    assert sorted(p.name for p in out.iterdir()) == ["a.avatar", "c.avatar"]
+    assert sorted(p.name for p in out.glob("*.avatar")) == ["a.avatar", "c.avatar"]
 
 
 def test_fresh_bundles_are_skipped_and_changed_photos_baked(bake):
@@ -70,3 +71,41 @@ def test_fresh_bundles_are_skipped_and_changed_photos_baked(bake):
     run()
     assert (out / "b.avatar" / "avatar.json").read_text() == "new"
     assert manifest.stat().st_mtime_ns == before
+
+
+def test_other_flags_bake_again(bake):
+    photos, out, run = bake
+    (photos / "a.jpg").write_text("a")
+    manifest = out / "a.avatar" / "avatar.json"
+    times = []
+    for flags in ("", "", "--preset small", " --preset small ", ""):
+        assert run(flags).returncode == 0
+        times.append(manifest.stat().st_mtime_ns)
+    assert [later > sooner for sooner, later in zip(times, times[1:])] == [False, True, False, True]
+
+
+def test_flags_reach_the_command_with_their_quotes(bake, tmp_path):
+    photos, _, run = bake
+    (photos / "a.jpg").write_text("a")
+    log = tmp_path / "log"
+    (tmp_path / "bakery").write_text(f"#!/bin/sh\nprintf '%s\\n' \"$@\" > '{log}'\n{BAKERY}")
+    assert run("--set 'texture.views=[0.0, 40.0]'").returncode == 0
+    assert log.read_text().splitlines()[:3] == ["build", "--set", "texture.views=[0.0, 40.0]"]
+
+
+def test_nothing_to_bake_is_an_error(bake):
+    photos, out, run = bake
+    (photos / ".hidden.jpg").write_text("h")
+    (photos / "notes.txt").write_text("n")
+    result = run()
+    assert result.returncode == 1 and "holds no portrait" in result.stderr
+    assert len(result.stderr.splitlines()) == 1 and list(out.iterdir()) == []
+
+
+def test_hidden_files_are_left_out(bake):
+    photos, out, run = bake
+    for name in (".hidden.jpg", "._a.jpg", "a.jpg"):
+        (photos / name).write_text(name)
+    assert run().returncode == 0
+    assert [p.name for p in out.glob("*.avatar")] == ["a.avatar"]
+    assert not (out / ".hidden.avatar").exists()

@@ -6,9 +6,9 @@ import shutil
 import numpy as np
 import pytest
 
-from bakery.formats import bundle as files
-from bakery.formats.validate import problems
-from bakery.steps import open_avatar
+from bakery.export import bundle as files
+from bakery.export.open import open_avatar
+from bakery.export.validate import problems
 
 SMALL = ["--preset", "small", "--set", "texture.mouths=3", "--set", "texture.views=[0.0]"]
 
@@ -145,9 +145,9 @@ def test_two_bakes_and_the_single_steps_give_the_same_bytes(bakery, bundle, port
     out = tmp_path / "other name.avatar"
     for command in (
         ["fit", *given, "-o", fit],
-        ["textures", *given, "--fit", fit, "-o", textures, *SMALL],
-        ["masks", "-o", masks, *SMALL],
-        ["pack", *given, "--fit", fit, "--textures", textures, "--masks", masks, "-o", out,
+        ["texture", *given, "--fit", fit, "-o", textures, *SMALL],
+        ["mask", "-o", masks, *SMALL],
+        ["bundle", *given, "--fit", fit, "--textures", textures, "--masks", masks, "-o", out,
          "--keep-photo", *SMALL],
     ):  # fmt: skip
         done = bakery(*command, env=env)
@@ -156,6 +156,37 @@ def test_two_bakes_and_the_single_steps_give_the_same_bytes(bakery, bundle, port
     others = {p.relative_to(out): p.read_bytes() for p in out.rglob("*") if p.is_file()}
     assert mine.keys() == others.keys()
     assert [str(name) for name in mine if mine[name] != others[name]] == []
+
+
+def test_what_file_managers_leave_behind_is_no_damage(copy):
+    for name in (".DS_Store", "web/._avatar.json", "Thumbs.db", "web/desktop.ini"):
+        (copy / name).write_bytes(b"x")
+    assert problems(copy) == []
+    others = ["DS_Store", "thumbs.exe", "web/.hidden", "desktop.ini.lnk", "a._b"]
+    for name in others:
+        (copy / name).write_bytes(b"x")
+    assert sorted(line.split(":")[0] for line in problems(copy)) == sorted(map(repr, others))
+    (copy / "._link").symlink_to(copy / "face.exr")
+    assert any("'._link': a link" in line for line in problems(copy))
+
+
+@pytest.mark.parametrize("what", ["missing", "pipe", "link", "folder", "changed"])
+def test_inspect_of_a_bundle_without_its_texture(copy, bakery, what):
+    import os
+
+    face = copy / "face.exr"
+    face.rename(copy.parent / "elsewhere.exr")
+    if what == "pipe":
+        os.mkfifo(face)
+    elif what == "link":
+        face.symlink_to(copy.parent / "elsewhere.exr")
+    elif what == "folder":
+        face.mkdir()
+    elif what == "changed":
+        face.write_bytes(b"")
+    done = bakery("inspect", copy, timeout=60)
+    assert done.returncode == 1 and done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1 and "face.exr: " in done.stderr
 
 
 def test_inspect(bundle, bakery):
@@ -179,15 +210,17 @@ def test_render(bundle, bakery, tmp_path):
         (["--view", "photo", "--size", 240], (240, 200)),
         (["--fit", fit], (480, 400)),
     ):
-        done = bakery("render", bundle, "-o", tmp_path / "a.png", *options)
+        done = bakery("render", bundle, "-o", tmp_path / "a.png", "--overwrite", *options)
         assert done.returncode == 0, done.stderr
         assert cv2.imread(str(tmp_path / "a.png")).shape[:2] == size
     mask = cv2.imread(str(tmp_path / "m.png"), cv2.IMREAD_UNCHANGED)
     assert mask.shape == (480, 400) and 0.1 < (mask > 127).mean() < 0.8
-    for wrong in (["--weights", "smile=1"], ["--weights", "jawOpen"], ["--gaze", "left"],
-                  ["--view", "top"], ["--weights", "jawOpen=9"]):  # fmt: skip
+    for wrong in (["--weights", "smile=1"], ["--weights", "jawOpen"], ["--weights", "jawOpen=9"],
+                  ["--weights", "jawOpen=1,jawOpen=1"], ["--gaze", "left"],
+                  ["--view", "top"]):  # fmt: skip
         done = bakery("render", bundle, "-o", tmp_path / "b.png", *wrong)
-        assert done.returncode == 1 and len(done.stderr.splitlines()) == 1, done.stderr
+        assert done.returncode in (1, 2) and len(done.stderr.splitlines()) == 1, done.stderr
+        assert done.returncode == 2 or wrong[0] != "--weights"
 
 
 def test_recover_single_expressions(bundle, bakery, tmp_path):
@@ -204,5 +237,5 @@ def test_recover_single_expressions(bundle, bakery, tmp_path):
         same = np.abs(texture.astype(np.float32) - neutral).max(-1) < 2e-3
         assert 0.2 < same.mean() < 0.999
     done = bakery("recover", bundle, "smile", "-o", tmp_path / "b.exr")
-    assert done.returncode == 1 and len(done.stderr.splitlines()) == 1
+    assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
     assert bakery("recover", bundle, "-o", out).returncode == 1  # is already there

@@ -144,9 +144,9 @@ def test_dry_run_writes_nothing(bakery, portrait, tmp_path):
     assert done.returncode == 0 and "texture.resolution = 1024" in done.stdout
     assert os.listdir(tmp_path) == []
     done = bakery("build", photo, "-o", tmp_path / "a", "-n", "--set", "texture.size=3")
-    assert done.returncode == 1 and "unknown size; known" in done.stderr
+    assert done.returncode == 2 and "no setting 'size'; known" in done.stderr
     done = bakery("build", photo, "-o", tmp_path / "a", "-n", "--preset", "nothing")
-    assert done.returncode == 1 and "known: default" in done.stderr
+    assert done.returncode == 2 and "known: default" in done.stderr
 
 
 def test_interrupt_ends_with_130_and_goes_on(bakery, portrait, tmp_path):

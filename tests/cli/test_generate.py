@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from bakery import portrayal
+from bakery.bake.subject import Sitter
 from bakery.errors import InputError
 from bakery.formats.image import read_photo
 from bakery.formats.livelink import Take
 from bakery.formats.record import read_faces
 from bakery.heads.base import gaze_of
-from bakery.sitter import Sitter
+from bakery.show import synthesis as portrayal
 from bakery.types import EXPRESSION_INDEX, Generated
 
 
@@ -109,7 +109,7 @@ def test_gaze_follows_the_weights_unless_it_is_given():
 @pytest.mark.parametrize(
     "options, message",
     [
-        ({"weights": "smile=1"}, "unknown shape 'smile'"),
+        ({"weights": "smile=1"}, "no shape 'smile'"),
         ({"yaw": 80.0}, "at most 60"),
         ({"fitted": "fit.json", "yaw": 10.0}, "brings its own view"),
         ({"gaze": "ten"}, "YAW,PITCH"),

@@ -13,9 +13,10 @@ import OpenEXR
 import pytest
 
 from bakery.errors import BundleError
-from bakery.formats import exr, hostile
-from bakery.formats.validate import problems
-from bakery.steps import open_avatar
+from bakery.export import hostile
+from bakery.export.open import open_avatar
+from bakery.export.validate import problems
+from bakery.formats import exr
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from bakery.formats import video
-from bakery.formats.livelink import read_take
+from bakery.formats import mp4, video
+from bakery.formats.livelink import Take, read_take
 from bakery.formats.video import Clip
 from bakery.types import EXPRESSIONS
 
@@ -66,6 +66,73 @@ def test_a_take_becomes_a_video(bundle, bakery, take, tmp_path):
     assert len(frames) == 4 and frames[0].shape == (120, 100, 3)
 
 
+def test_a_take_becomes_pictures(bundle, bakery, take, tmp_path):
+    """Odd sizes, numbers of the whole take at the new rate, nothing replaced without being asked."""
+    out = tmp_path / "shot"
+    command = ["animate", bundle, "--curves", take, "-o", f"{out}/f.%03d.png", "--size", "101"]
+    done = bakery(*command, "--fps", "50", "--frames", "2:5")
+    assert done.returncode == 0, done.stderr
+    assert f"{out}/f.###.png: 6 frames, 0.1 s" in done.stderr
+    assert sorted(path.name for path in out.iterdir()) == [f"f.{n:03d}.png" for n in range(4, 10)]
+    assert cv2.imread(str(out / "f.004.png"), -1).shape == (101, 101, 4)
+    before = (out / "f.004.png").read_bytes()
+    for more, message in (
+        ((), "f.004.png: is already there; --overwrite"),
+        (("--overwrite", "--sound", take), "--sound: pictures carry none"),
+        (("-o", tmp_path / "a.mp4"), "--size 101: videos have an even number"),
+    ):
+        done = bakery(*command, *more)
+        assert done.returncode == 1 and message in done.stderr, done.stderr
+        assert len(done.stderr.splitlines()) == 1 and (out / "f.004.png").read_bytes() == before
+    done = bakery(*command, "--overwrite", "--view", "photo", "--frames", "4:6")
+    assert done.returncode == 0, done.stderr
+    assert sorted(path.name for path in out.iterdir()) == ["f.004.png", "f.005.png"]
+    assert cv2.imread(str(out / "f.004.png"), -1).shape == (101, 84, 3)
+    assert [path.name for path in tmp_path.iterdir()] == ["shot"]
+
+
+def test_the_base_of_the_time_code(bakery, take, tmp_path):
+    """Ten rows that count 25 frames a second are too few to tell; the option does."""
+    lines = take.read_text().splitlines()
+    counted = [f"10:00:00:{k:02d},{line.split(',', 1)[1]}" for k, line in enumerate(lines[1:])]
+    (tmp_path / "film.csv").write_text("\n".join([lines[0], *counted]))
+    for more, rate, said in (((), 60, "too short to tell"), (("--timecode-base", "25"), 25, "")):
+        out = tmp_path / f"{rate}.csv"
+        done = bakery("retarget", tmp_path / "film.csv", "-o", out, *more)
+        assert done.returncode == 0 and said in done.stderr and bool(done.stderr) == bool(said)
+        assert read_take(out).rate == rate
+    for command in ("animate", "generate", "retarget"):
+        assert "--timecode-base N" in bakery(command, "--help").stdout
+
+
+def test_a_truncated_clip_is_refused(bakery, clip, tmp_path):
+    cut = tmp_path / "cut.mp4"
+    place, offset, size = mp4.read_tracks(clip)[0].places[3]
+    cut.write_bytes(clip.read_bytes()[: offset + size])
+    done = bakery("track", cut, "-o", tmp_path / "x.csv")
+    assert done.returncode == 1 and len(done.stderr.splitlines()) == 1
+    assert "cut.mp4: a truncated MP4: 4 of the 10 frames" in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["cut.mp4"]
+
+
+def test_a_clip_with_a_gap_is_told(monkeypatch):
+    """Damage that leaves the index whole, and WebMs, whose index counts nothing."""
+    from types import SimpleNamespace
+
+    from bakery.motion import files as movies
+
+    monkeypatch.setattr(movies, "Clip", lambda path: SimpleNamespace(count=100, frames=lambda: ()))
+    monkeypatch.setattr(movies, "plug_in", lambda *_: None)
+    for count, told in ((89, True), (95, False)):
+        seen = SimpleNamespace(seconds=np.arange(count))
+        monkeypatch.setattr(movies, "follow", lambda *_, seen=seen, **__: seen)
+        made = Take(np.arange(count) / 25, np.zeros((count, 52)), np.zeros((count, 3)), None)
+        monkeypatch.setattr(movies, "track", lambda *_, made=made, **__: made)
+        notes = movies.tracked("clip.webm").notes
+        assert bool(notes) == told
+        assert not told or "89 of about 100 frames can be read" in notes[0]
+
+
 def test_retarget(bakery, take, tmp_path):
     out = tmp_path / "mine.csv"
     done = bakery("retarget", take, "-o", out, "--neutral", "0", "--gain", "0.5,head=2")
@@ -103,6 +170,7 @@ def test_what_is_refused(bundle, bakery, clip, take, tmp_path):
         ([*animate, take, "--neutral", "99"], "has 10 rows"),
         ([*animate, take, "--sound", tmp_path / "bad.csv"], "taken from MP4, MOV and WebM"),
         (["animate", bundle, "-o", tmp_path / "x.avi", "--curves", take], ".webm"),
+        (["animate", bundle, "-o", tmp_path / "x.png", "--curves", take], "give a folder"),
         (["animate", tmp_path, "-o", tmp_path / "x.mp4", "--curves", take], "no bundle"),
     ):
         done = bakery(*command)
@@ -162,7 +230,7 @@ def test_a_second_reader_finds_all_morph_targets(bundle):
     """Names, order and millimetres agree with the head model that the bundle carries."""
     from scipy.spatial import cKDTree
 
-    from bakery.steps import open_avatar
+    from bakery.export.open import open_avatar
 
     avatar = open_avatar(bundle)
     positions, shapes = read_glb(bundle / "head.glb")["head_lod0"]

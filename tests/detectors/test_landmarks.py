@@ -16,8 +16,8 @@ from click.testing import CliRunner
 from bakery import landmarks as marks
 from bakery.cli.evaluate import evaluate
 from bakery.detectors import network
-from bakery.evaluate import detection_stress
-from bakery.evaluate.detection_stress import stress
+from bakery.evaluate.detection import stress as detection_stress
+from bakery.evaluate.detection.stress import stress
 from bakery.formats.image import read_photo
 from bakery.formats.record import read_faces
 from bakery.stages.detect import detect_faces

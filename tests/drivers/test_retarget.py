@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bakery.drivers.retarget import parse_gain, retarget
 from bakery.errors import InputError
 from bakery.formats.livelink import Take
+from bakery.motion.retarget import parse_gain, retarget
 from bakery.types import EXPRESSION_INDEX
 
 

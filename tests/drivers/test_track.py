@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from bakery.detectors import frames
-from bakery.drivers import track as tracking
-from bakery.drivers.track import Followed, TrackOptions, follow, steady, track
 from bakery.errors import FitError, InputError
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.heads.base import look, weights
 from bakery.landmarks import face_size
+from bakery.motion import track as tracking
+from bakery.motion.track import Followed, TrackOptions, follow, steady, track
 from bakery.synth.scene import portrait_camera
 from bakery.types import EXPRESSION_INDEX
 
@@ -193,3 +193,26 @@ def test_a_clip_without_a_face_is_refused(script):
     with pytest.raises(InputError, match="no face found in any frame"):
         follow(clip(12), script([None] * 12))
     assert frames.POINTS == 478
+
+
+def test_a_clip_is_named_once(tmp_path, monkeypatch):
+    """What the reader says of a clip names it already; what the tracker says does not."""
+    from bakery.formats import video
+    from bakery.motion.files import tracked
+
+    path = tmp_path / "grey.mp4"
+    path.write_bytes(video.encode([np.full((128, 128, 3), 118, np.uint8)] * 2, ".mp4", 25.0))
+    with pytest.raises(InputError, match="no face found") as caught:
+        tracked(path)
+    assert str(caught.value).count(str(path)) == 1
+
+    def unreadable(clip):
+        raise InputError(f"{clip.path}: holds no frame that can be read; convert it first")
+        yield
+
+    monkeypatch.setattr(video.Clip, "frames", unreadable)
+    with pytest.raises(InputError, match="holds no frame") as caught:
+        tracked(path)
+    assert str(caught.value).count(str(path)) == 1
+    with pytest.raises(InputError, match="^no head model 'yours'"):
+        tracked(path, head="yours")

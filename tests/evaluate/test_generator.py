@@ -7,9 +7,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from bakery.evaluate import generator, generator_motion, generator_painted, generator_speed
-from bakery.evaluate.avatar_pairs import Pair
+from bakery.bake.subject import Sitter
+from bakery.evaluate import generator
+from bakery.evaluate.avatar.pairs import Pair
 from bakery.evaluate.fitting import landmarks_of
+from bakery.evaluate.generator import motion as generator_motion
+from bakery.evaluate.generator import painted as generator_painted
+from bakery.evaluate.generator import speed as generator_speed
 from bakery.formats.livelink import Take
 from bakery.formats.record import read_faces
 from bakery.generators.identity import load_features
@@ -17,7 +21,6 @@ from bakery.generators.pagan import PaganGenerator
 from bakery.generators.plain import PlainUNet
 from bakery.generators.unet import INPUTS, NetworkOptions, UNet
 from bakery.heads.base import PARTS
-from bakery.sitter import Sitter
 from bakery.synth.pairs import PaintedPair, write_shard
 from bakery.types import EXPRESSION_INDEX, Generated
 

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from bakery.evaluate import generator_detail
-from bakery.steps import open_avatar
+from bakery.evaluate.generator import detail as generator_detail
+from bakery.export.open import open_avatar
 
 
 def test_amplitude_of_a_wave():

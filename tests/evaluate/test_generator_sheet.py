@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from bakery import portrayal
-from bakery.evaluate import generator_sheet
+from bakery.bake.subject import Sitter
 from bakery.evaluate.fitting import landmarks_of
+from bakery.evaluate.generator import sheet as generator_sheet
 from bakery.formats.record import read_faces
-from bakery.sitter import Sitter
+from bakery.show import synthesis as portrayal
 from bakery.types import Generated
 
 CELL = generator_sheet.CELL

@@ -1,6 +1,7 @@
 """Photos: what is converted, what is refused, how fast."""
 
 import io
+import os
 import struct
 import time
 import zlib
@@ -10,6 +11,7 @@ import pytest
 from PIL import Image, ImageCms
 
 from bakery.errors import InputError
+from bakery.formats import image
 from bakery.formats.image import encode_image, read_photo, write_image
 from bakery.formats.image_header import count_scans
 
@@ -22,8 +24,8 @@ def picture():
 
 
 def save(path, picture, **options):
-    image = picture if isinstance(picture, Image.Image) else Image.fromarray(picture)
-    image.save(path, **options)
+    saved = picture if isinstance(picture, Image.Image) else Image.fromarray(picture)
+    saved.save(path, **options)
     return path
 
 
@@ -72,16 +74,53 @@ def test_sixteen_bits_are_kept(tmp_path):
     assert photo.notes == ("16-bit samples",)
 
 
-def test_grey_alpha_and_palette(tmp_path, picture):
+def test_grey_and_palette(tmp_path, picture):
     grey = read_photo(save(tmp_path / "g.png", picture[:, :, 0]))
     close(grey, np.repeat(picture[:, :, :1], 3, 2) / 255)
     assert grey.notes == ("grey picture",)
-    see_through = np.concatenate([picture, np.full((240, 320, 1), 51, np.uint8)], -1)
-    mixed = read_photo(save(tmp_path / "a.png", see_through))
-    close(mixed, picture / 255 * 0.2 + 0.5 * 0.8)
-    assert "mid-grey" in mixed.notes[0]
     few = Image.fromarray(picture).quantize(16)
     close(read_photo(save(tmp_path / "p.png", few)), np.asarray(few.convert("RGB")) / 255)
+
+
+def with_alpha(picture, alpha):
+    return np.concatenate([picture, np.broadcast_to(alpha, (240, 320))[..., None]], -1)
+
+
+def cut_out(softness):
+    """Alpha of a disk of radius 100 whose edge is as wide as `softness` pixels."""
+    y, x = np.mgrid[:240, :320]
+    distance = np.hypot(y - 120, x - 160)
+    return (np.clip((100 - distance) / softness + 0.5, 0, 1) * 255).astype(np.uint8)
+
+
+def test_a_cut_out_person_is_laid_over_grey(tmp_path, picture):
+    for softness in (0.1, 10.0):
+        alpha = cut_out(softness)
+        photo = read_photo(save(tmp_path / "a.png", with_alpha(picture, alpha)))
+        share = alpha[..., None] / 255
+        close(photo, picture / 255 * share + 0.5 * (1 - share))
+        assert photo.notes == ("transparent parts put over mid-grey",)
+    grey = Image.fromarray(picture[..., 0]).convert("LA")
+    grey.putalpha(Image.fromarray(cut_out(0.1)))
+    assert len(read_photo(save(tmp_path / "g.png", grey)).notes) == 2
+    opaque = read_photo(save(tmp_path / "o.png", with_alpha(picture, np.uint8(255))))
+    assert opaque.notes == ()
+
+
+@pytest.mark.parametrize(
+    "alpha, message",
+    [
+        (np.uint8(128), "100% of what it shows is half-transparent"),
+        (np.uint8(51), "100% of what it shows is half-transparent"),
+        (cut_out(150.0), r"\d\d% of what it shows is half-transparent"),  # faded all the way
+        (np.uint8(0), "transparent everywhere"),
+    ],
+)
+def test_a_ghost_is_refused(tmp_path, picture, alpha, message):
+    """Grey would shine through the whole face and become its skin."""
+    path = save(tmp_path / "a.png", with_alpha(picture, alpha))
+    with pytest.raises(InputError, match=f"{message}.*save it without transparency"):
+        read_photo(path)
 
 
 def test_cmyk_and_profile(tmp_path, picture):
@@ -209,9 +248,47 @@ def test_animated_by_frame(tmp_path, picture):
         read_photo(path, frame=7)
 
 
-def test_missing_folder_and_pipe(tmp_path):
-    import os
+def test_pages_are_counted_and_chosen(tmp_path, picture):
+    pages = [Image.fromarray(np.roll(picture, 20 * n, 1)) for n in range(3)]
+    path = save(tmp_path / "a.tiff", pages[0], save_all=True, append_images=pages[1:])
+    with pytest.raises(InputError, match="a file of 3 pages; --frame takes the first"):
+        read_photo(path)
+    photo = read_photo(path, frame=2)
+    close(photo, np.asarray(pages[2]) / 255)
+    assert photo.notes == ("frame 2 of a file of 3 pages",)
+    many = [Image.fromarray(picture[:96, :96])] * 150
+    path = save(tmp_path / "many.tiff", many[0], save_all=True, append_images=many[1:])
+    with pytest.raises(InputError, match="100 pages or more"):
+        read_photo(path)
 
+
+@pytest.mark.parametrize(
+    "kind, message",
+    [
+        (np.float32, "floating-point samples"),
+        (np.float64, "floating-point samples"),
+        (np.int32, "32 bits a sample"),
+    ],
+)
+@pytest.mark.parametrize("channels", [1, 3])
+def test_tiffs_of_other_samples_are_called_by_name(tmp_path, picture, kind, message, channels):
+    import cv2
+
+    path = tmp_path / "a.tiff"
+    cv2.imwrite(str(path), picture[..., :channels].astype(kind))
+    with pytest.raises(InputError, match=f"a TIFF with {message}; save it as 8 or 16 bit RGB"):
+        read_photo(path)
+
+
+def test_odd_names_without_descriptors(tmp_path, picture, monkeypatch):
+    """Windows has no /dev/fd: a copy takes its place."""
+    path = tmp_path / "фото?.null"
+    path.write_bytes(encode_image(picture, ".png"))
+    monkeypatch.setattr(image.os.path, "isdir", lambda path: False)
+    close(read_photo(path), picture / 255, atol=1e-6)
+
+
+def test_missing_folder_and_pipe(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for path, message in ((tmp_path / "no.jpg", "no such file"), (tmp_path, "folder|not a file")):
         with pytest.raises(InputError, match=message):

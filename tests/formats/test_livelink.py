@@ -107,7 +107,12 @@ WRONG = {
     "missing": (text([row(0)], COLUMNS[3:]), "lacks column Timecode, BlendShapeCount, EyeBlinkLeft"),
     "one angle": (text([row(0)], [c for c in COLUMNS if c != "HeadRoll"]), "lacks column HeadRoll"),
     "twice": (text([row(0)], [*COLUMNS, "JawOpen"]), "column JawOpen is there twice"),
-    "semicolons": (text([row(0)]).replace(b",", b";"), "lacks column Timecode"),
+    "bars": (text([row(0)]).replace(b",", b"|"), "row 1: fields are separated by '|'; separate them"),
+    "one word": (b"jawOpen\n0.5\n", "row 1: holds one field; separate them by comma"),
+    "open quote": (put("JawOpen", '"0.5'), "row 3: a quote is not closed"),
+    "power": (put("JawOpen", 0, count="6\u00b9"), "BlendShapeCount: '6\u00b9'"),
+    "many digits": (put("JawOpen", 0, count="6" * 5000), "BlendShapeCount: '666"),
+    "arabic": (put("JawOpen", "\u0660.\u0665"), "column JawOpen: '\u0660.\u0665' is no number"),
     "only dropped": (text(["10:20:31:00.0,0"]), "no frame with values"),
     "header alone": (text([]), "no frame with values"),
     "blank": (b"\n \n", "holds no rows"),
@@ -121,6 +126,107 @@ def test_wrong_takes_are_refused_by_row_and_column(case):
     with pytest.raises(InputError, match="a.csv") as caught:
         parse_take("a.csv", data)
     assert message in str(caught.value) and "\n" not in str(caught.value)
+
+
+def counted(base, rate, seconds=3.0, first=0.0):
+    """A take whose time code counts `base` frames a second, recorded at `rate`; a ramp of the jaw."""
+    rows = []
+    for k in range(round(seconds * rate)):
+        whole, frames = divmod(first + k * base / rate, base)
+        code = f"10:20:{30 + int(whole):02d}:{frames:06.3f}"
+        rows.append(row(0, JawOpen=k / (seconds * rate)) | {"Timecode": code})
+    return rows
+
+
+@pytest.mark.parametrize("base", [24, 25, 30, 48, 50])
+@pytest.mark.parametrize("share", [1, 0.5, 2])
+def test_the_base_of_the_time_code_is_found(base, share):
+    """Counted by the camera's frames, by half and by double of them (FF.500); begun anywhere."""
+    take = parse_take("a.csv", text(counted(base, base * share, first=base / 3)))
+    assert len(take.seconds) == round(3 * base * share)
+    np.testing.assert_allclose(np.diff(take.seconds), 1 / (base * share), atol=1e-4)
+    assert take.rate == base * share or base * share not in livelink.RATES
+    assert take.notes == (f"time code read at {base} frames a second",)
+
+
+@pytest.mark.parametrize("rate", [1, 5, 10, 15, 24, 25, 30, 60])
+def test_sixtieths_stay_sixtieths(rate):
+    take = parse_take("a.csv", text(counted(60, rate)))
+    np.testing.assert_allclose(np.diff(take.seconds), 1 / rate, atol=1e-4)
+    assert take.notes == ()
+
+
+def test_ninety_rows_are_three_seconds():
+    """FF 0 to 29, the rows of three seconds, whole frames; holes and tremor do not hide the base."""
+    rows = [row(0) | {"Timecode": f"10:20:{30 + k // 30}:{k % 30:02d}"} for k in range(90)]
+    take = parse_take("a.csv", text(rows))
+    assert len(take.seconds) == 90 and take.rate == 30
+    assert take.seconds[-1] == pytest.approx(89 / 30)
+    del rows[28:33], rows[70]
+    assert parse_take("a.csv", text(rows)).seconds[-1] == pytest.approx(89 / 30)
+    rng = np.random.default_rng(0)
+    shaken = counted(30, 30, seconds=5)
+    for k, one in enumerate(shaken):
+        whole, frames = divmod(k + rng.uniform(0, 0.3), 30)
+        one["Timecode"] = f"10:20:{30 + int(whole)}:{frames:06.3f}"
+    shaken = [shaken[0], *(one for one in shaken[1:-1] if rng.random() > 0.1), shaken[-1]]
+    assert parse_take("a.csv", text(shaken)).seconds[-1] == pytest.approx(149 / 30, abs=0.02)
+
+
+def test_the_base_can_be_given():
+    short = [row(0) | {"Timecode": f"10:20:30:{k:02d}"} for k in range(20)]
+    take = parse_take("a.csv", text(short))
+    assert take.rate == 60 and "too short to tell" in take.notes[0]
+    take = parse_take("a.csv", text(short), base=30)
+    assert take.rate == 30 and take.notes == ()
+    assert parse_take("a.csv", text(counted(120, 120)), base=120).rate == pytest.approx(
+        120, rel=1e-3
+    )
+    with pytest.raises(InputError, match="row 2, column Timecode: '10:20:30:30'; .* FF below 30"):
+        parse_take("a.csv", text([row(0) | {"Timecode": "10:20:30:30"}]), base=30)
+
+
+def test_a_take_without_a_tongue():
+    columns = [c for c in COLUMNS if c != "TongueOut"]
+    take = parse_take("a.csv", text([row(0, count=60, JawOpen=0.5)], columns))
+    assert of(take, "tongueOut") == 0 and of(take, "jawOpen") == 0.5
+    assert take.notes == ("no column TongueOut; taken as 0",)
+
+
+def test_quotes_and_other_separators():
+    """As spreadsheets write it: quotes, a comment over two lines, decimal commas, empty rows."""
+    rows = [row(0, JawOpen=0.25), row(1, JawOpen=0.75)]
+    wanted = parse_take("a.csv", text(rows))
+    plain = text(rows).decode()
+    quoted = "\r\n".join(
+        ",".join(f'"{field}"' for field in line.split(",")) for line in plain.splitlines()
+    )
+    extra = [c | {"Note": '"a ""smile"",\nand more"', "BlendShapeCount": 62} for c in rows]
+    for other in (
+        "\ufeff" + quoted + "\r\n",
+        quoted.replace(",", " ; ") + "\r\n" + 62 * ";",
+        plain.replace(",", "\t"),
+        plain.replace(",", ";").replace(".", ","),
+        text(extra, [*COLUMNS, "Note"]).decode(),
+    ):
+        take = parse_take("b.csv", other.encode())
+        np.testing.assert_allclose(take.weights, wanted.weights)
+        np.testing.assert_allclose(take.seconds, wanted.seconds)
+    damaged = text([extra[0], extra[1] | {"JawOpen": "x"}], [*COLUMNS, "Note"])
+    with pytest.raises(InputError, match="row 4, column JawOpen: 'x'"):  # rows count as lines do
+        parse_take("b.csv", damaged)
+
+
+def test_a_head_that_turns_past_its_back():
+    """From 179 to -179 degrees are 2 degrees, not 358; the file holds angles within half a turn."""
+    turns = np.radians([170, 179, -179, -170])
+    rows = [row(k, HeadRoll=f"{turn:.8f}") for k, turn in enumerate(turns)]
+    rows.insert(2, "10:20:30:03.25,0")
+    take = parse_take("a.csv", text(rows))
+    np.testing.assert_allclose(take.head[:, 2], [170, 179, 180, 181, 190], atol=1e-5)
+    assert take.at([2.5 / 30])[1][0, 2] == pytest.approx(185.5, abs=0.01)
+    again = parse_take("a.csv", format_take(take))
+    np.testing.assert_allclose(again.head, take.head, atol=1e-6)
 
 
 def random_take(count=40):

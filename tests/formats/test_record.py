@@ -57,7 +57,7 @@ def test_points_with_depth_are_taken(tmp_path):
     """Other programs write [x, y, z]."""
     table = {
         "image": {"width": 9, "height": 9},
-        "faces": [{"box": [0, 0, 1, 1], "score": 1, "points": np.ones((478, 3)).tolist()}],
+        "faces": [{"box": [0, 0, 1, 1], "score": 1, "points": np.eye(478, 3).tolist()}],
     }
     (tmp_path / "f.json").write_text(json.dumps(table))
     assert record.read_faces(tmp_path / "f.json")[1][0].points.shape == (478, 2)
@@ -73,7 +73,10 @@ def test_points_with_depth_are_taken(tmp_path):
         ("\x00\xff", "not valid JSON"),
         ('{"image": {}}', "lacks"),
         ('{"image": {"width": 1, "height": 1}, "faces": [{"box": [0]}]}', "lacks"),
-        ('{"image": {"width": 1, "height": 1}, "faces": 7}', "not iterable"),
+        ('{"image": {"width": 1, "height": 1}, "faces": 7}', "another layout"),
+        ('{"image": [], "faces": []}', "another layout"),
+        ('{"image": {"width": 0, "height": 1}, "faces": []}', "0 pixels"),
+        ('{"image": {"width": 1e300, "height": 1}, "faces": []}', "pixels"),
         ('{"image": {"width": NaN, "height": 1}, "faces": []}', "not valid JSON"),
     ],
 )
@@ -82,6 +85,42 @@ def test_foreign_landmarks_are_refused(tmp_path, text, message):
     with pytest.raises(InputError, match=message) as caught:
         record.read_faces(tmp_path / "f.json")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        (lambda face: face["points"][7].__setitem__(0, 1e300), r"a point at \(1e\+300, "),
+        (lambda face: face["points"][7].__setitem__(1, -9001.0), "a point at .*picture of 900x600"),
+        (lambda face: face["points"][7].__setitem__(0, float("inf")), "not valid JSON|not finite"),
+        (lambda face: face["points"][7].__setitem__(0, float("nan")), "not valid JSON"),
+        (lambda face: face["points"][7].__setitem__(0, None), "float|not finite"),
+        (lambda face: face.update(points=[[300.0, 200.0]] * 478), "in one place or line"),
+        (lambda face: face.update(points=[[300.0, y] for y in range(478)]), "in one place or line"),
+        (lambda face: face.update(points=[300.0] * 478), "another layout"),
+        (lambda face: face.update(box=[0, 0, 1e300, 1]), "a point at"),
+        (lambda face: face.update(box=[10, 10, 100, -5]), "no area"),
+        (lambda face: face.update(box="abcd"), "string|convert|another"),
+    ],
+)
+def test_points_that_are_no_face_are_refused(tmp_path, change, message):
+    """Beyond ten picture sizes, in one place: the fit would divide by nothing or overflow."""
+    rng = np.random.default_rng(1)
+    face = {"box": [100, 100, 400, 400], "score": 0.9}
+    face["points"] = (100 + 400 * rng.random((478, 2))).tolist()
+    table = {"image": {"width": 900, "height": 600}, "faces": [face]}
+    path = tmp_path / "f.json"
+    path.write_text(json.dumps(table))
+    assert len(record.read_faces(path)[1]) == 1
+    face["points"][7] = [-8999.0, 8999.0]  # a face at the edge may have points far out
+    path.write_text(json.dumps(table))
+    assert len(record.read_faces(path)[1]) == 1
+    change(face)
+    for text in (json.dumps(table), json.dumps(table).replace("Infinity", "1e999")):
+        path.write_text(text)
+        with pytest.raises(InputError, match=message) as caught:
+            record.read_faces(path)
+        assert len(str(caught.value)) < 400 and "\n" not in str(caught.value)
 
 
 def test_damaged_fit_is_refused(tmp_path, fit):
@@ -93,10 +132,13 @@ def test_damaged_fit_is_refused(tmp_path, fit):
         {"camera": good["camera"] | {"focal": 0}},
         {"camera": good["camera"] | {"width": 10**9}},
         {"identity": "abc"},
+        {"expression": [0.1] * 52},
+        {"camera": 5},
     ):
         (tmp_path / "fit.json").write_bytes(record.dump(good | change))
-        with pytest.raises(InputError):
+        with pytest.raises(InputError) as caught:
             record.read_fit(tmp_path / "fit.json")
+        assert "str instance" not in str(caught.value)
 
 
 def test_arrays_come_back_and_are_reproducible(tmp_path):

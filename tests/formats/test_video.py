@@ -215,6 +215,55 @@ def test_damaged_clips_end_in_one_line(tmp_path, name):
     assert refused > 10
 
 
+def test_a_truncated_mp4_is_counted(tmp_path):
+    """Cut behind ten of its frames; the index at its beginning names all of them."""
+    path = tmp_path / "cut.mp4"
+    video.join(path, parts(tmp_path, ".mp4"), ".mp4", RATE, (96, 64), NOTE)
+    places = mp4.read_tracks(path)[0].places
+    path.write_bytes(path.read_bytes()[: places[9][1] + places[9][2] + 3])
+    for read in (video.Clip, mp4.read_tracks):
+        with pytest.raises(InputError, match="cut.mp4: a truncated MP4: 10 of the 25 frames that"):
+            read(path)
+    clip_with_sound(path)
+    kept = sorted(offset for _, offset, _ in video.read_sound(path, ".mp4").places)
+    path.write_bytes(path.read_bytes()[: kept[-3]])
+    with pytest.raises(InputError, match="truncated MP4: .* pieces of sound"):
+        video.read_sound(path, ".mp4")
+
+
+SOUND = webm.element(0x83, b"\x02") + webm.element(0x86, b"A_OPUS")
+NUMBER = webm.element(0xD7, b"\x01")
+HUGE = (1 << 40 | 1 << 56).to_bytes(8, "big")  # a size, bytes
+WRONG = {
+    "no number": (webm.element(0xAE, SOUND), "215"),
+    "terabytes": (b"\xae" + HUGE + NUMBER + SOUND, "not described"),
+    "a long number": (webm.element(0xAE, NUMBER, webm.element(0x83, bytes(900)), SOUND), "number"),
+    "ends early": (webm.element(0xAE, NUMBER, SOUND, b"\xec\x83x") + b"yz", "not described"),
+    "no end": (webm.element(0xAE, NUMBER, SOUND, b"\x86\xff"), "no end|number"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_damaged_descriptions_of_sound(tmp_path, case):
+    entry, message = WRONG[case]
+    path = tmp_path / "clip.webm"
+    head = webm.element(0x1A45DFA3, webm.element(0x4282, b"webm"))
+    tracks = webm.element(webm.TRACKS, entry + webm.element(0xEC, bytes(99)))
+    path.write_bytes(head + webm.element(webm.SEGMENT, tracks))
+    with pytest.raises(InputError, match=f"a damaged WebM .*({message})"):
+        video.read_sound(path, ".webm")
+
+
+@pytest.mark.parametrize("kind, other", [(".mp4", "VP80"), (".webm", "mp4v")])
+def test_only_the_codecs_that_are_named(tmp_path, monkeypatch, kind, other):
+    """Some wheels hold GPL encoders; whatever OpenCV does with a code, the outcome is looked at."""
+    assert [code for code, _ in video.KINDS.values()] == ["mp4v", "VP80"]
+    video.encode(moving(2), kind, RATE)
+    monkeypatch.setattr(video, "_codec", lambda path, kind: other)
+    with pytest.raises(InputError, match=f"this OpenCV codes {kind} as {other}"):
+        video.encode(moving(2), kind, RATE)
+
+
 def test_clips_that_cannot_be_read(tmp_path):
     (tmp_path / "a.mp4").write_bytes(b"no video at all")
     for name in ("a.mp4", "nothing.mp4"):

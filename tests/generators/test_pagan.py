@@ -213,7 +213,7 @@ def test_photo_follows_the_head_and_not_the_jaw(target):
 def test_weights_come_back(tmp_path):
     network = random_network()
     path = tmp_path / "w.safetensors"
-    from bakery.train.pagan_export import write
+    from bakery.train.pagan.export import write
 
     write(network, path)
     loaded = pagan.load(path, half=False)

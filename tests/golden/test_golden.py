@@ -10,12 +10,18 @@ import cv2
 import numpy as np
 import pytest
 
-from bakery import steps
+from bakery.bake.faces import one_face
+from bakery.bake.fitting import fit_portrait, own_head
+from bakery.bake.mask import draw_masks
+from bakery.bake.textures import paint
 from bakery.cli.options import build_options
 from bakery.geometry.color import to_encoded
+from bakery.hair.layer import HairLayer
 from bakery.heads.base import weights
+from bakery.heads.file import load_head
+from bakery.plugins import plug_in
 from bakery.runtime.avatar import Avatar
-from bakery.runtime.preview import BLINK, SMILE, TALK
+from bakery.runtime.contact_sheet import BLINK, SMILE, TALK
 from bakery.runtime.render import draw, over_gray
 from bakery.stages.condition import face_camera
 
@@ -26,13 +32,13 @@ SAMPLE = Path(__file__).resolve().parents[2] / "samples" / "anna.jpg"
 def avatar():
     """samples/anna.jpg at 512 texels, from her own landmarks, with 12 mouths."""
     options = build_options("small", ["texture.mouths=12"])
-    photo, face = steps.one_face(SAMPLE, landmarks=SAMPLE.with_suffix(".json"))
-    head = steps.load_head("makehuman")
-    fit, segmentation = steps.place_head(SAMPLE, photo, face, head, options)
-    generator = steps.plug_in("generators", "rendered")
-    textures = steps.paint(photo, face, fit, segmentation, head, generator, options)
-    own, neutral = steps.own_head(head, fit)
-    return Avatar(own, neutral, fit, textures, steps.draw_masks(head, options))
+    photo, face = one_face(SAMPLE, landmarks=SAMPLE.with_suffix(".json"))
+    head = load_head("makehuman")
+    fit, segmentation = fit_portrait(SAMPLE, photo, face, head, options)
+    generator = plug_in("generators", "rendered")
+    textures = paint(photo, face, fit, segmentation, head, generator, HairLayer(), options)
+    own, neutral = own_head(head, fit)
+    return Avatar(own, neutral, fit, textures, draw_masks(head, options))
 
 
 def grid(pictures, columns, size=None):

@@ -7,7 +7,7 @@ from bakery.geometry.raster import rasterize
 from bakery.heads import embed
 from bakery.heads.base import CARRIERS, PARTS, weights
 from bakery.heads.file import BUILT_IN, load_head
-from bakery.heads.report import atlas_stretch, face_texels
+from bakery.heads.report.numbers import atlas_stretch, face_texels
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 SIZE = 1024

@@ -7,8 +7,8 @@ import pytest
 
 from bakery.formats.targets import presets_folder
 from bakery.heads.base import weights
-from bakery.heads.described import DESCRIBED, moved, table
 from bakery.heads.embed import mirror_points
+from bakery.heads.report.described import DESCRIBED, moved, table
 from bakery.types import EXPRESSIONS
 
 

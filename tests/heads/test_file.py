@@ -61,6 +61,13 @@ DAMAGE = {
     "does not sum to 1": change("landmark_barycentric", set_at((0, 0), 0.9)),
     "expression_start does not rise": change("expression_start", set_at(3, 99)),
     "no skin or no eyeballs": change("follow", lambda a: np.zeros_like(a)),
+    "mean holds <U1, needs numbers with a point": change("mean", lambda a: np.full(a.shape, "x")),
+    "faces holds float64, needs whole numbers": change("faces", lambda a: a.astype(float)),
+    "part_names holds int64, needs text": change("part_names", lambda a: np.arange(len(a))),
+    "identity is one value, needs a list": change("identity", lambda a: np.float16(0)),
+    "has 500001 vertices, at most 500000": change(
+        "mean", lambda a: np.zeros((500_001, 3), np.float32)
+    ),
 }
 
 
@@ -76,6 +83,31 @@ def test_damage_has_its_message(tiny, tmp_path, message):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("key", ARRAYS)
+def test_any_array_may_be_anything(tiny, tmp_path, key):
+    """Whatever stands under a name: a head, or a ModelError in one line."""
+    path = tmp_path / "tiny.npz"
+    save_head(path, tiny)
+    arrays = read(path)
+    good = arrays[key]
+    for wrong in (
+        np.zeros((), good.dtype),
+        np.zeros((0, 3), good.dtype),
+        good[..., None],
+        np.concatenate([good.ravel()] * 2),
+        np.full(good.shape, -1.5),
+        np.full(good.shape, 2**63, np.uint64),
+        np.full(good.shape, True),
+        np.full(good.shape, "x"),
+        np.full(good.shape, np.inf),
+    ):
+        save_arrays(path, arrays | {key: wrong})
+        try:
+            load_head(path)
+        except ModelError as error:
+            assert "\n" not in str(error)
+
+
 def test_truncated_file(tiny, tmp_path):
     path = tmp_path / "tiny.npz"
     save_head(path, tiny)
@@ -85,6 +117,10 @@ def test_truncated_file(tiny, tmp_path):
     path.write_bytes(b"")
     with pytest.raises(ModelError):
         load_head(path)
+    path.write_bytes(b"OBJ file, no archive")
+    with pytest.raises(ModelError, match="damaged, or no .npz file") as caught:
+        load_head(path)
+    assert "pickle" not in str(caught.value)
 
 
 def test_names_are_looked_up(tiny, tmp_path, monkeypatch):

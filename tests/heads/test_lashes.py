@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from bakery import frames
 from bakery.geometry.mesh import closest_barycentric
 from bakery.heads.base import FOLLOW, PARTS, look, weights
 from bakery.heads.lashes import card_rectangle, card_texels, carried, own_vertices, with_lashes
-from bakery.stages.lids import close_lids
+from bakery.show import frame as frames
+from bakery.stages.fit.lids import close_lids
 from bakery.types import EXPRESSIONS, Camera, Fit
 
 LONGEST = 9.0  # mm from the skin: a lash and the depth of its root

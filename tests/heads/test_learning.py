@@ -5,8 +5,8 @@ import pytest
 
 from bakery.errors import InputError
 from bakery.heads import embed, margins
+from bakery.heads.build.portraits import read_points
 from bakery.heads.file import load_head
-from bakery.heads.portraits import read_points
 
 
 def test_points_of_a_folder(tmp_path):
@@ -29,7 +29,7 @@ def test_points_that_do_not_fit(tmp_path):
     np.savez(tmp_path / "q.npz", names=np.array(["a/b.jpg"]), points=np.zeros((1, 478, 2)))
     with pytest.raises(InputError, match="holds none"):
         read_points(tmp_path / "q.npz", tmp_path)
-    (tmp_path / "r.npz").write_bytes(b"")
+    (tmp_path / "r.npz").write_bytes(b"PK no archive")
     with pytest.raises(InputError, match="needs arrays"):
         read_points(tmp_path / "r.npz", tmp_path)
 
@@ -71,7 +71,7 @@ def test_rim_points_lie_on_the_rims():
 
 
 def test_one_smile_explains_many():
-    learn = pytest.importorskip("bakery.heads.learn")
+    learn = pytest.importorskip("bakery.heads.build.learn")
     rng = np.random.default_rng(1)
     half = rng.normal(size=(468, 2))
     mirror = np.arange(468)[::-1]
@@ -88,7 +88,7 @@ def test_one_smile_explains_many():
 
 
 def test_pairs_need_both_photos():
-    recipe = pytest.importorskip("bakery.heads.recipe")
+    recipe = pytest.importorskip("bakery.heads.build.recipe")
     names = ["t/1_smiling.jpg", "t/1_neutral.jpg", "t/2_neutral.jpg"]
     assert recipe.pairs_of(names).tolist() == [[1, 0]]
     with pytest.raises(InputError, match="NAME_neutral"):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bakery.heads import penetrate
 from bakery.heads.base import weights
+from bakery.heads.report import penetrate
 from bakery.types import EXPRESSION_INDEX
 
 

@@ -11,7 +11,7 @@ def noise_avatar(head):
     from bakery.geometry import camera as cameras
     from bakery.heads.lashes import with_lashes
     from bakery.runtime.avatar import Avatar
-    from bakery.stages.texture_mouth import mouth_landmarks, talking
+    from bakery.stages.texture.mouth import mouth_landmarks, talking
     from bakery.types import EXPRESSIONS, Camera, Fit, Textures
 
     rng = np.random.default_rng(0)

@@ -5,14 +5,18 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from PIL import Image
 
 from bakery.errors import InputError
+from bakery.formats.livelink import Take
+from bakery.formats.sequence import sequence_of
 from bakery.formats.video import Clip, Note
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_encoded, to_linear
-from bakery.runtime import animate
-from bakery.runtime.animate import Show, Stage, parse_frames, write_video
+from bakery.motion import animate
+from bakery.motion.animate import Show, Stage, parse_frames, write_frames, write_video
 from bakery.runtime.render import draw, over_gray, over_photo, portrait_at
+from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 NOTE = Note("a note", "http://cv.iptc.org/newscodes/digitalsourcetype/compositeSynthetic")
 SMALL = Show(size=96)
@@ -20,7 +24,7 @@ SMALL = Show(size=96)
 
 def test_frames_come_in_order_and_are_those_of_the_reference(noise_avatar, short_take):
     stage = Stage(noise_avatar, short_take, SMALL)
-    pictures = list(stage.pictures(range(stage.count), threads=3))
+    pictures = list(stage.pictures(range(stage.count)))
     assert len(pictures) == 12 and stage.rate == 30
     for index in (0, 7, 11):
         expression, gaze = short_take.weights[index], short_take.eyes[index, 0]
@@ -79,9 +83,101 @@ def test_ranges(noise_avatar, short_take):
         with pytest.raises(InputError, match="--frames"):
             parse_frames(wrong)
     assert Stage(noise_avatar, short_take, Show(size=32, first=3, last=99)).count == 9
-    assert Stage(noise_avatar, short_take, Show(size=32, rate=60)).count == 23
+    assert Stage(noise_avatar, short_take, Show(size=32, rate=60)).count == 24
     with pytest.raises(InputError, match="has 12 frames"):
         Stage(noise_avatar, short_take, Show(size=32, first=12))
+
+
+@pytest.mark.parametrize("rate", [1, 12.5, 23.976, 24, 30, 60, 240])
+@pytest.mark.parametrize("first, last", [(0, None), (30, None), (31, 90), (7, 999)])
+def test_another_rate_shows_the_same_seconds(noise_avatar, rate, first, last):
+    """Neither speed nor part of the take changes: a ramp is the same ramp in time."""
+    share = np.arange(120) / 120  # 4 s at 30 a second
+    rows = np.zeros((120, len(EXPRESSIONS)), np.float32)
+    rows[:, EXPRESSION_INDEX["jawOpen"]] = share
+    turns = np.stack([40 * share, 0 * share, 0 * share], 1)
+    take = Take(np.arange(120) / 30, rows, turns, None)
+    stage = Stage(noise_avatar, take, Show(size=32, rate=rate, first=first, last=last))
+    begin, end = first / 30, min(last or 120, 120) / 30
+    assert abs(stage.count / rate - (end - begin)) < 1 / rate + 1e-9
+    times = (stage.first + np.arange(stage.count)) / rate
+    assert begin - 1e-9 <= times[0] < begin + 1 / rate and times[-1] < end
+    ramp = np.minimum(times, 119 / 30) / 4
+    np.testing.assert_allclose(stage.weights[:, EXPRESSION_INDEX["jawOpen"]], ramp, atol=1e-6)
+    np.testing.assert_allclose(stage.head[:, 0], 40 * ramp, atol=1e-6)
+
+
+def test_sound_begins_where_the_pictures_do(noise_avatar, short_take, tmp_path, monkeypatch):
+    begun = []
+    monkeypatch.setattr(animate.video, "join", lambda *given: begun.append(given[-1]))
+    for rate in (None, 24, 60):
+        show = Show(size=32, rate=rate, first=6)
+        stage = write_video(noise_avatar, short_take, show, tmp_path / "a.mp4", NOTE, "k")
+        assert begun[-1] == stage.first / stage.rate
+        assert 0.2 <= begun[-1] < 0.2 + 1 / stage.rate
+
+
+def test_sizes(noise_avatar, short_take):
+    """Videos need even sides and say so; pictures have the size that is asked for."""
+    with pytest.raises(InputError, match="--size 101: .* give 100 or 102, or write PNG frames"):
+        Show(size=101)
+    for show, shape in (
+        (Show(size=101, film=False), (101, 101, 4)),
+        (Show(size=101, film=False, view="photo"), (101, 76, 3)),  # 300x400
+        (Show(size=102), (102, 102, 3)),
+        (Show(size=102, view="photo"), (102, 76, 3)),
+    ):
+        assert next(Stage(noise_avatar, short_take, show).pictures([3])).shape == shape
+
+
+def test_pictures_have_the_alpha_of_the_head(noise_avatar, short_take, tmp_path):
+    """Laid over the grey of the videos, they are the frames of the videos."""
+    work = tmp_path / "work"
+    out = sequence_of(f"{tmp_path}/shot/f.%04d.png")
+    show = Show(size=97, film=False, first=4)
+    made = write_frames(noise_avatar, short_take, show, out, NOTE, "k", work=work)
+    assert [path.name for path in out.found()] == [f"f.{n:04d}.png" for n in range(4, 12)]
+    assert work.is_dir() and [path.name for path in tmp_path.iterdir()].count("shot") == 1
+    video = Stage(noise_avatar, short_take, Show(size=98, first=4))
+    video.camera = made.camera
+    for number, wanted in zip((4, 11), video.pictures([0, 7])):
+        found = cv2.cvtColor(cv2.imread(str(out.path(number)), -1), cv2.COLOR_BGRA2RGBA) / 255
+        alpha = found[..., 3:]
+        assert alpha.min() == 0 and alpha.max() == 1
+        assert not found[alpha[..., 0] == 0].any()
+        over = to_encoded(to_linear(found[..., :3]) * alpha + 0.18 * (1 - alpha)) * 255
+        assert np.abs(over - wanted).max() < 2.5  # colour and alpha are rounded, each to 8 bits
+    data = out.path(4).read_bytes()
+    assert b"Comment\0" in data and b"a note" in data and b"compositeSynthetic" in data
+    with Image.open(out.path(4)) as picture:
+        picture.verify()  # checksums of all chunks
+        assert picture.info["Comment"] == "a note"
+
+
+def test_interrupted_pictures_go_on(noise_avatar, short_take, tmp_path):
+    def stop(step, done, total):
+        if done == 7:
+            raise KeyboardInterrupt
+
+    out, again = sequence_of(f"{tmp_path}/a/"), sequence_of(f"{tmp_path}/b/")
+    show = Show(size=33, film=False)
+    with pytest.raises(KeyboardInterrupt):
+        write_frames(noise_avatar, short_take, show, out, NOTE, "k", progress=stop)
+    assert out.found() == []
+    out.path(99).write_bytes(b"of an older, longer run")
+    (out.folder / "notes.txt").write_text("mine")
+    drawn = []
+    for place in (out, again):
+        write_frames(
+            noise_avatar, short_take, show, place, NOTE, "k",
+            progress=lambda step, done, total: drawn.append(done),
+        )  # fmt: skip
+    assert drawn == [*range(7, 13), *range(13)]
+    names = sorted(path.name for path in again.folder.iterdir())
+    assert names == [f"frame.{n:05d}.png" for n in range(12)]
+    assert sorted(path.name for path in out.folder.iterdir()) == sorted([*names, "notes.txt"])
+    for one, other in zip(out.found(), again.found()):
+        assert one.read_bytes() == other.read_bytes()
 
 
 def frames_of(path):

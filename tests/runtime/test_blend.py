@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bakery.show.frame import recover
 
 from bakery.errors import InputError
-from bakery.frames import recover
 from bakery.runtime.blend import nearest_gaze
 from bakery.runtime.mouth import neighbours, weighted_median
 from bakery.stages.mask import key_activation

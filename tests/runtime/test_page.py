@@ -14,8 +14,8 @@ import pytest
 from bakery.errors import BundleError, InputError
 from bakery.formats import record
 from bakery.formats.files import digest
-from bakery.runtime.page import page, plain
-from bakery.runtime.serve import make_server
+from bakery.show.page import page, plain
+from bakery.show.serve import make_server
 
 LEGAL_TYPES = {None, "application/json", "application/octet-stream"}
 
@@ -81,8 +81,8 @@ def test_hostile_text_is_refused_and_would_stay_text(copy, monkeypatch):
     change(copy, "avatar.json", lambda table: table["head"].update(name=nasty))
     with pytest.raises(BundleError, match="head/name"):
         page(copy)
-    monkeypatch.setattr("bakery.runtime.page.problems", lambda folder: [])
-    monkeypatch.setattr("bakery.formats.hostile.table_problems", lambda manifest: [])
+    monkeypatch.setattr("bakery.show.page.problems", lambda folder: [])
+    monkeypatch.setattr("bakery.export.hostile.table_problems", lambda manifest: [])
     text = page(copy).decode()
     assert text.count("</script>") == len(list(scripts(text)))
     assert "alert(1)" not in text.replace("\\u003e", "").split("<script>")[-1].split("</script>")[0]
@@ -188,6 +188,6 @@ def test_module_for_a_page_of_ones_own(bakery, bundle, tmp_path):
     written = {path.relative_to(tmp_path / "site").as_posix() for path in tmp_path.rglob("*.*")}
     assert {"avatar.js", "avatar.d.ts", "index.html", "web/avatar.json", "web/head.glb"} <= written
     again = bakery("preview", bundle, "--module", tmp_path / "site")
-    assert again.returncode == 1 and "give the name of a new folder" in again.stderr
+    assert again.returncode == 1 and "holds files already" in again.stderr
     assert bakery("preview", bundle).returncode == 2
     assert bakery("preview", bundle, "--serve", "-o", tmp_path / "x.html").returncode == 2

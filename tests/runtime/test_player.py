@@ -9,7 +9,7 @@ from bakery.runtime.mouth import mouth_picture, neighbours, weighted_median
 from bakery.runtime.player import COLORS, Player, sortable
 from bakery.runtime.render import draw, over_gray
 from bakery.stages.condition import face_camera
-from bakery.stages.texture_mouth import mouth_landmarks
+from bakery.stages.texture.mouth import mouth_landmarks
 
 
 @pytest.fixture(scope="module")

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from bakery.errors import InputError
-from bakery.formats import web
-from bakery.formats.validate import problems
+from bakery.export.open import open_avatar
+from bakery.export.validate import problems
+from bakery.export.web import WebOptions, web_files
+from bakery.export.web import files as web
+from bakery.export.web.head import facts
 from bakery.geometry.color import to_encoded, to_linear
 from bakery.heads.base import weights
-from bakery.runtime.web import WebOptions, web_files
-from bakery.stages.texture_mouth import mouth_landmarks
-from bakery.stages.web import facts
-from bakery.steps import open_avatar
+from bakery.stages.texture.mouth import mouth_landmarks
 
 MEGABYTE = 2**20
 
@@ -80,5 +80,6 @@ def test_the_same_bytes_twice(avatar, whole):
     "wrong", [{"side": 16}, {"quality": 0}, {"photo": 10**6}, {"triangles": 0.0}]
 )
 def test_odd_sizes_are_refused(wrong):
-    with pytest.raises(InputError, match="bundle.web: .* give "):
+    (name,) = wrong
+    with pytest.raises(InputError, match=f"WebOptions.{name}: .* to "):
         WebOptions(**wrong)

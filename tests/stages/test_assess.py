@@ -1,22 +1,26 @@
 """Findings: a good portrait gives none, each fault gives its own."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
+from bakery.formats.image import read_photo
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.heads.base import weights
 from bakery.heads.file import load_head
 from bakery.landmarks import EYES as LIDS
 from bakery.landmarks import MOUTH_CORNERS
-from bakery.stages.assess import assess
+from bakery.stages.assess import IN_MIRROR, LINES, assess
+from bakery.stages.detect import detect_faces
 from bakery.stages.segment import EYES, GLASSES, HAIR, HIDDEN, SKIN, Segmentation
 from bakery.types import Camera, Fit, Landmarks, Photo
 
 SIZE = 500
+SAMPLES = Path(__file__).resolve().parents[2] / "samples"
 
 
 @pytest.fixture(scope="module")
@@ -132,3 +136,93 @@ def test_shadow_and_blur(good):
     soft = cv2.GaussianBlur(photo.encoded, (0, 0), 4)
     soft += np.linspace(-0.1, 0.1, SIZE, dtype=np.float32)[:, None, None]
     assert codes(replace(photo, encoded=soft), face, fit, parts) == ["blur"]
+
+
+def test_landmarks_of_another_photo(good):
+    """Given ones are held against those that the detector sees, of whichever face is nearest."""
+    photo, face, fit, parts = good
+    far = replace(face, points=face.points + [200, 0])
+    assert "landmarks" not in codes(*good) and codes(photo, face, fit, parts) == []
+
+    def found(given, *seen):
+        return [f.code for f in assess(photo, given, fit, parts, seen=seen)]
+
+    assert found(face, face) == found(face, far, face) == []
+    assert found(face, far) == ["landmarks"]
+    eyes = float(np.linalg.norm(face.points[33] - face.points[263]))
+    near = replace(face, points=face.points + [0.04 * eyes, 0])
+    assert found(face, near) == [], "detectors and people differ by so much"
+    further = replace(face, points=face.points + [0.06 * eyes, 0])
+    assert found(face, further) == ["landmarks"]
+
+
+def test_mirrored_landmarks(good):
+    """Coordinates that were mirrored alone, and what is detected in the mirrored photo."""
+    photo, face, fit, parts = good
+    aside = face.points + [30.0, 0.0]
+    seen = (replace(face, points=aside),)
+    flipped = aside * [-1, 1] + [SIZE, 0]
+    swapped = flipped.copy()
+    swapped[LINES] = flipped[IN_MIRROR]
+    for given in (flipped, swapped):
+        found = assess(photo, replace(face, points=given), fit, parts, seen=seen)
+        assert [f.code for f in found if f.code in ("landmarks", "mirrored")] == ["mirrored"]
+    assert codes(photo, replace(face, points=flipped), fit, parts) == []
+
+
+def test_sides_change_in_a_mirror():
+    """LINES of the default head, mirrored, lie on IN_MIRROR."""
+    head = load_head()
+    points = head.landmarks(head.mean)
+    apart = points[LINES] * [-1, 1, 1] - points[IN_MIRROR]
+    assert np.abs(apart).max() < 0.5  # mm
+    assert sorted(LINES) == sorted(IN_MIRROR) and (LINES != IN_MIRROR).mean() > 0.9
+
+
+def test_few_colours(good):
+    photo, face, fit, parts = good
+    for bands in (1, 3):  # of one colour each
+        rows = np.linspace(0, bands, SIZE, endpoint=False).astype(int) / 8 + 0.4
+        drawn = np.broadcast_to(rows[:, None, None], photo.encoded.shape).astype(np.float32)
+        assert "flat" in codes(replace(photo, encoded=drawn), face, fit, parts)
+    assert codes(replace(photo, encoded=photo.encoded * 0.5), face, fit, parts) == []
+
+
+@pytest.fixture(scope="module")
+def anna():
+    """A painted portrait as it is found: photo, landmarks."""
+    photo = read_photo(SAMPLES / "anna.jpg")
+    return photo, detect_faces(photo.encoded)[0]
+
+
+def _plain(fit, shape):
+    return fit, Segmentation(np.full(shape, SKIN, np.uint8), np.ones(shape, np.float32))
+
+
+def test_a_cartoon_of_a_portrait(anna, good):
+    photo, face = anna
+    assert "flat" not in codes(photo, face, *_plain(good[2], photo.encoded.shape[:2]))
+    small = (photo.encoded * 255).astype(np.uint8)
+    cells = cv2.kmeans(small.reshape(-1, 3)[::37].astype(np.float32), 8, None, (3, 10, 1), 1, 2)[2]
+    nearest = np.abs(small.reshape(-1, 1, 3) - cells[None]).sum(-1).argmin(1)
+    drawn = cells[nearest].reshape(small.shape).astype(np.float32) / 255
+    drawn = replace(photo, encoded=cv2.medianBlur(drawn, 5))
+    assert "flat" in codes(drawn, face, *_plain(good[2], drawn.encoded.shape[:2]))
+
+
+@pytest.mark.parametrize("side", ["left", "right", "top", "bottom"])
+def test_a_face_that_is_cut(anna, good, side):
+    """A tenth of the face is outside: it is said so, and nothing is said to be before it."""
+    photo, face = anna
+    low, high = face.points.min(0), face.points.max(0)
+    width, height = high - low
+    rows, columns = {
+        "left": (np.s_[:], np.s_[int(low[0] + width / 10) :]),
+        "right": (np.s_[:], np.s_[: int(high[0] - width / 10)]),
+        "top": (np.s_[int(low[1] + height / 10) :], np.s_[:]),
+        "bottom": (np.s_[: int(high[1] - height / 10)], np.s_[:]),
+    }[side]
+    cut = replace(photo, encoded=np.ascontiguousarray(photo.encoded[rows, columns]))
+    (face,) = detect_faces(cut.encoded)
+    found = codes(cut, face, *_plain(good[2], cut.encoded.shape[:2]))
+    assert "cut" in found and "covered" not in found

@@ -6,7 +6,7 @@ import pytest
 from bakery.geometry.camera import project
 from bakery.geometry.sample import bilinear
 from bakery.stages.atlas import make_atlas, make_view, see
-from bakery.stages.carriers import eye_caps, make_carrier
+from bakery.stages.texture.proxies import eye_caps, make_carrier
 from bakery.types import Camera
 
 FRONT = Camera(

@@ -12,10 +12,11 @@ from bakery.geometry import mesh, rotation
 from bakery.geometry.harmonics import irradiance
 from bakery.heads.base import look, weights
 from bakery.heads.file import load_head
-from bakery.stages import fit_albedo, fit_diagnostics
-from bakery.stages import fit_points as groups
 from bakery.stages.fit import FitOptions, fit, focal_length
-from bakery.stages.warp import residual_offsets
+from bakery.stages.fit import albedo as fit_albedo
+from bakery.stages.fit import diagnostics as fit_diagnostics
+from bakery.stages.fit import expressions as groups
+from bakery.stages.fit.warp import residual_offsets
 from bakery.types import EXPRESSION_INDEX, Camera, Landmarks, Photo
 
 BY_POINTS = FitOptions(photometric=False)

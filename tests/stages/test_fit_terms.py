@@ -6,10 +6,12 @@ import pytest
 from bakery import landmarks as marks
 from bakery.geometry import rotation
 from bakery.heads.file import load_head
-from bakery.stages import fit_landmarks, fit_photo, fit_samples
-from bakery.stages import fit_points as groups
-from bakery.stages.fit_albedo import load_albedo
-from bakery.stages.fit_landmarks import LandmarkModel, Shape, Weights
+from bakery.stages.fit import expressions as groups
+from bakery.stages.fit import landmarks as fit_landmarks
+from bakery.stages.fit import photometric as fit_photo
+from bakery.stages.fit import samples as fit_samples
+from bakery.stages.fit.albedo import load_albedo
+from bakery.stages.fit.landmarks import LandmarkModel, Shape, Weights
 from bakery.types import EXPRESSIONS, Camera, Photo
 
 

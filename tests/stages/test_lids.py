@@ -5,7 +5,7 @@ import pytest
 
 from bakery.geometry.raster import rasterize
 from bakery.heads.base import CARRIERS, weights
-from bakery.stages.lids import LOWER, UPPER, close_lids
+from bakery.stages.fit.lids import LOWER, UPPER, close_lids
 
 BLINK = weights({"eyeBlinkLeft": 1, "eyeBlinkRight": 1})
 

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bakery.formats.glb import Surface, write_glb
+from bakery.export.glb import Surface, write_glb
+from bakery.export.lod import SHARES, head_surfaces, simplify
+from bakery.export.manifest import levels_of_detail
 from bakery.formats.image import encode_image
 from bakery.geometry.mesh import closest_barycentric
 from bakery.geometry.raster import rasterize
 from bakery.heads.lashes import with_lashes
-from bakery.stages.bundle import levels_of_detail
-from bakery.stages.lod import SHARES, head_surfaces, simplify
 from bakery.types import EXPRESSIONS
 
 VALIDATOR = Path(__file__).resolve().parents[2] / "node_modules" / "gltf-validator"

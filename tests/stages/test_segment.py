@@ -6,7 +6,6 @@ import pytest
 
 from bakery import landmarks
 from bakery.errors import FitError
-from bakery.stages import segment_prior as prior
 from bakery.stages.segment import (
     BACKGROUND,
     CLOTHES,
@@ -18,9 +17,10 @@ from bakery.stages.segment import (
     SKIN,
     Segmentation,
     occlusion,
+    prior,
     segment,
 )
-from bakery.stages.segment_models import GuidedFilter, histogram
+from bakery.stages.segment.models import GuidedFilter, histogram
 
 SIDE = 480
 CENTER = np.array([240.0, 230.0])

@@ -1,8 +1,5 @@
 """What the texture is made of lies where its camera says."""
 
-import threading
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -10,9 +7,8 @@ from numpy.testing import assert_allclose
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_encoded
 from bakery.geometry.sample import bilinear
-from bakery.stages import texture
-from bakery.stages.texture import _cut_out
-from bakery.stages.texture_hair import Cover
+from bakery.stages.texture.hair import Cover
+from bakery.stages.texture.neutral import _cut_out
 from bakery.types import Camera, Fit, Photo
 
 REST = np.zeros(52, np.float32)
@@ -40,17 +36,3 @@ def test_the_head_cut_out_of_a_photo(head, resolution):
     assert_allclose(here, points, atol=1e-6)
     # OpenCV's averages are off by 0.1 pixels; sides of whole pixels were by 0.9 to 1.8.
     assert_allclose(bilinear(image, here)[:, :2] * 1204, marks, atol=0.2)
-
-
-def test_a_generator_that_can_gets_ready_while_the_neutral_is_made(monkeypatch):
-    """`bake` tells it of the head before anything is painted."""
-    told = threading.Event()
-    generator = SimpleNamespace(get_ready=lambda head: told.set())
-
-    def prepare(*args):
-        assert told.wait(5)
-        raise StopIteration("enough")
-
-    monkeypatch.setattr(texture, "prepare", prepare)
-    with pytest.raises(StopIteration, match="enough"):
-        texture.bake(*[None] * 6, generator, None, texture.TextureOptions())

@@ -8,7 +8,7 @@ from bakery.heads.scalp import scalp
 from bakery.landmarks import FACE
 from bakery.stages.atlas import make_atlas, make_view, see
 from bakery.stages.segment import BACKGROUND, HAIR, SKIN, Segmentation
-from bakery.stages.texture_hair import Cover, _behind, cover_of, hair_layer
+from bakery.stages.texture.hair import Cover, _behind, cover_of, hair_layer
 from bakery.types import Camera
 
 FRONT = Camera(

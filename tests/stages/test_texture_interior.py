@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bakery.stages.texture_interior import teeth_luminance
+from bakery.stages.texture.interior import teeth_luminance
 
 GRAY = np.ones(3, np.float32)
 

@@ -9,7 +9,7 @@ import pytest
 from bakery.geometry.color import LUMA
 from bakery.heads.lashes import BANDS, card_texels, with_lashes
 from bakery.landmarks import BROW_LEFT, BROW_RIGHT, LIDS_UPPER
-from bakery.stages.texture_lashes import LIMITS, WEAKEST, lash_color, lay_lashes, presence
+from bakery.stages.texture.lashes import LIMITS, WEAKEST, lash_color, lay_lashes, presence
 
 SIZE = 512
 SKIN, BROW = np.array([0.5, 0.33, 0.25]), np.array([0.2, 0.1, 0.04])

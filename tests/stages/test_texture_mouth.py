@@ -7,7 +7,7 @@ import pytest
 
 from bakery.generators.interior import FRAME_SCALE
 from bakery.geometry import camera as cameras
-from bakery.stages.texture_mouth import (
+from bakery.stages.texture.mouth import (
     LIPS,
     candidate_poses,
     crop_camera,

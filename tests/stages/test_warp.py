@@ -4,7 +4,7 @@ import pytest
 from bakery import landmarks as marks
 from bakery.geometry import mesh
 from bakery.heads.file import load_head
-from bakery.stages import warp
+from bakery.stages.fit import warp
 
 
 @pytest.fixture(scope="module")

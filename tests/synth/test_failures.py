@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bakery.bake.fitting import fit_portrait as place_head
 from bakery.formats.image import read_photo
+from bakery.plugins import plug_in
 from bakery.stages.assess import assess
 from bakery.stages.detect import detect_faces
 from bakery.stages.segment import GLASSES, HIDDEN
-from bakery.steps import place_head, plug_in
 from bakery.synth.failures import CASES, paint_case
 from bakery.types import Photo
 

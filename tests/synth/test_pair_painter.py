@@ -14,16 +14,17 @@ from bakery.geometry import camera as cameras
 from bakery.heads.base import PARTS, weights
 from bakery.landmarks import FACE
 from bakery.stages.condition import face_camera
-from bakery.synth import pair_shards, quick
+from bakery.synth import quick
 from bakery.synth.expressions import both_sides, draw_expression, draw_view
-from bakery.synth.pair_painter import (
+from bakery.synth.pairs import Shard
+from bakery.synth.pairs import shards as pair_shards
+from bakery.synth.pairs.painter import (
     PairOptions,
     draw_figure,
     mistaken_shape,
     paint_subject,
     registration,
 )
-from bakery.synth.pairs import Shard
 from bakery.synth.scene import portrait_camera
 from bakery.synth.skins import skins_of
 
@@ -144,7 +145,7 @@ def test_expressions_are_possible():
 
 def test_blink_hides_the_eyes(stage, pairs):
     """A shut eye shows none of its ball in the truth, whoever it belongs to."""
-    from bakery.synth.pair_painter import draw_figure
+    from bakery.synth.pairs.painter import draw_figure
 
     figure, camera, _ = draw_figure(np.random.default_rng(2), stage, [], SMALL)
     _, kind = quick.paint(figure, both_sides({"eyeBlink": 1.0}), np.zeros(2), camera, 1)

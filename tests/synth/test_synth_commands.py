@@ -8,8 +8,10 @@ from click.testing import CliRunner
 from bakery.cli.synth import synth
 from bakery.errors import InputError
 from bakery.formats.image import read_photo
-from bakery.synth import failures, pair_painter, pair_shards
+from bakery.synth import failures
 from bakery.synth.pairs import Shard
+from bakery.synth.pairs import painter as pair_painter
+from bakery.synth.pairs import shards as pair_shards
 
 
 def run(*arguments):
@@ -54,4 +56,4 @@ def test_failures_are_painted(tmp_path, monkeypatch):
     assert done.exit_code == 0 and done.stdout.split() == [str(tmp_path / "hand.jpg")]
     assert read_photo(tmp_path / "hand.jpg").encoded.shape == (120, 96, 3)
     with pytest.raises(InputError, match="no such case; known: smile"):
-        run("failures", "beard", "-o", tmp_path)
+        run("failures", "beard", "-o", tmp_path, "--overwrite")

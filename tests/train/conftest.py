@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bakery.train.closeup_crops import MARGIN, WIDE
+from bakery.train.closeups.crops import MARGIN, WIDE
 
 
 @pytest.fixture(scope="session")

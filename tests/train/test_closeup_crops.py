@@ -5,8 +5,8 @@ import pytest
 
 from bakery import landmarks as marks
 from bakery.detectors import closeups
-from bakery.train import closeup_crops
-from bakery.train.closeup_crops import WIDE, jittered, random_face, random_view
+from bakery.train.closeups import crops as closeup_crops
+from bakery.train.closeups.crops import WIDE, jittered, random_face, random_view
 from bakery.types import EXPRESSION_INDEX
 
 

@@ -6,10 +6,10 @@ import torch
 
 from bakery.detectors import closeups
 from bakery.errors import InputError, ModelError
-from bakery.train import closeup_crops
 from bakery.train import closeups as training
-from bakery.train.closeup_crops import WIDE
 from bakery.train.closeups import CloseupOptions, export, train
+from bakery.train.closeups import crops as closeup_crops
+from bakery.train.closeups.crops import WIDE
 
 
 def test_it_learns_where_a_spot_is(spots):

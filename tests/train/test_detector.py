@@ -10,10 +10,11 @@ from numpy.testing import assert_allclose
 
 from bakery.detectors import network
 from bakery.errors import InputError, ModelError
-from bakery.train import augment, dataset, detector, detector_losses
+from bakery.train import augment, dataset, detector
 from bakery.train import faces as faces_module
 from bakery.train import photos as photos_module
 from bakery.train.backgrounds import Backgrounds, procedural_background
+from bakery.train.detector import losses as detector_losses
 
 
 def face_points(size=120.0, seed=3):

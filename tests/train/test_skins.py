@@ -42,7 +42,7 @@ def test_skins_are_sorted_by_tone(tmp_path):
 def test_unwrapped_skin_is_the_painted_one(tmp_path):
     """The tint of a painted portrait's skin comes back from its photo; its exposure need not."""
     from bakery.formats.image import write_image
-    from bakery.synth.pair_painter import PairOptions, draw_figure, photograph
+    from bakery.synth.pairs.painter import PairOptions, draw_figure, photograph
 
     head = load_head("makehuman")
     stage = quick.make_stage(head, skins.TEXELS)

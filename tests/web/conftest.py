@@ -12,15 +12,15 @@ import cv2
 import numpy as np
 import pytest
 
+from bakery.export.web import WebOptions, web_files
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_linear
 from bakery.heads.base import weights
 from bakery.heads.lashes import with_lashes
 from bakery.runtime.avatar import Avatar
-from bakery.runtime.web import WebOptions, web_files
 from bakery.stages.atlas import make_atlas
 from bakery.stages.mask import activation_masks
-from bakery.stages.texture_mouth import mouth_landmarks
+from bakery.stages.texture.mouth import mouth_landmarks
 from bakery.types import EXPRESSIONS, Camera, Fit, Textures
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -127,7 +127,8 @@ class Site:
 
     def as_seen(self, avatar):
         """The avatar with the pictures as the browser gets them: 8 bits, packed and unpacked."""
-        from bakery.formats import record, web
+        from bakery.export.web import files as web
+        from bakery.formats import record
 
         about = record.parse("web", (self.folder / web.DESCRIPTION).read_bytes())
         atlases = about["atlases"]

@@ -14,6 +14,7 @@ for (const [name, text] of Object.entries(takes)) {
     seen[name] = {
       seconds: [...take.seconds], weights: take.weights.map((row) => [...row]), head: take.head,
       eyes: take.eyes, notes: take.notes, between: times.map((time) => [...takeAt(take, time).weights]),
+      turned: times.map((time) => takeAt(take, time).head),
     };
   } catch (error) {
     seen[name] = { error: error.message };

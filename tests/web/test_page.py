@@ -2,10 +2,13 @@
 
 import json
 import shutil
+from pathlib import Path
 
 import pytest
 
 from bakery.formats.image import read_photo
+
+AXE = Path(__file__).resolve().parents[2] / "bakery/runtime/viewer/node_modules/axe-core/axe.min.js"
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +21,7 @@ def walked(browser, bakery, bundle, tmp_path_factory):
     done = bakery("preview", hostile, "-o", page)
     assert done.returncode == 0, done.stderr
     (folder / "take.csv").write_text(take())
-    report = json.loads(browser("walk.mjs", page, folder / "take.csv", folder))
+    report = json.loads(browser("walk.mjs", page, folder / "take.csv", folder, AXE))
     return report, folder
 
 
@@ -65,6 +68,26 @@ def test_controls_do_what_they_say(walked):
     assert report["keyboard"][0] < report["keyboard"][1], "arrow keys move a slider"
 
 
+def test_keys_on_the_picture_in_the_photo(walked):
+    """The page's first stage: the photo cannot be turned, so arrow keys move the gaze."""
+    keys = walked[0]["keyed"]
+    start, gazed, moved, back = (keys[name] for name in ("start", "gazed", "moved", "back"))
+    assert keys["role"] == "application" and keys["focused"] == "view"
+    assert keys["label"].startswith("Avatar of ")
+    assert gazed["gaze"] == pytest.approx([start["gaze"][0] + 4, start["gaze"][1] + 4])
+    assert moved["gaze"] == gazed["gaze"] and moved["shift"][0] > 0 == gazed["shift"][0]
+    assert back["gaze"] == pytest.approx(start["gaze"]) and back["shift"] == [0, 0]
+    assert {one["turned"] for one in (start, gazed, moved, back)} == {0}
+
+
+@pytest.mark.parametrize("where", ["desktop", "phone"])
+def test_axe_objects_to_nothing(walked, where):
+    found = walked[0]["axe"][where]
+    if found is None:
+        pytest.skip("needs axe-core: `npm ci` in bakery/runtime/viewer")
+    assert found == []
+
+
 def test_numbers_that_are_none_are_refused(walked):
     assert walked[0]["wrong"] == [
         "jawOpen: NaN is no weight",
@@ -109,6 +132,7 @@ def test_a_phone_shows_face_and_controls(walked):
     assert phone["scroll"] <= phone["width"], "nothing sticks out sideways"
     assert phone["canvas"] > 300 and phone["panel"] > 250
     assert phone["smallest"] >= 38, "buttons are large enough for a finger"
+    assert phone["summary"] >= 24, "folds too (WCAG 2.2, 2.5.8)"
 
 
 @pytest.mark.parametrize("name", ["page", "studio", "phone"])

@@ -8,16 +8,16 @@ import cv2
 import numpy as np
 import pytest
 
-from bakery import steps
+from bakery.export.open import open_avatar
+from bakery.export.web import WebOptions
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_encoded
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import interpolate
 from bakery.heads.base import gaze_of, look
 from bakery.runtime import mouth, render
-from bakery.runtime.web import WebOptions
 from bakery.stages.condition import face_camera
-from bakery.stages.texture_mouth import mouth_landmarks
+from bakery.stages.texture.mouth import mouth_landmarks
 from bakery.types import EXPRESSIONS
 
 SAMPLE = Path(__file__).resolve().parents[2] / "samples" / "chidi.jpg"
@@ -139,7 +139,7 @@ def test_sample(bakery, browser, serve, make_site, tmp_path, monkeypatch, capsys
     """A baked sample: 100 weight sets, 20 gazes, 100 mouths; the figures in docs/log-web.md."""
     done = bakery("build", SAMPLE, "-o", tmp_path / "sample.avatar")
     assert done.returncode == 0, done.stderr
-    avatar = steps.open_avatar(tmp_path / "sample.avatar")
+    avatar = open_avatar(tmp_path / "sample.avatar")
     (tmp_path / "site").mkdir()
     site = make_site(tmp_path / "site", avatar, WebOptions())
     worst, exact, shares = measured(

@@ -5,12 +5,12 @@ import json
 import numpy as np
 import pytest
 
+from bakery.export.lod import shape_displacements
+from bakery.export.web.glb import web_glb
+from bakery.export.web.head import PIECES, surfaces
 from bakery.formats import meshopt
-from bakery.formats.web_glb import web_glb
 from bakery.heads.base import weights
 from bakery.heads.lashes import with_lashes
-from bakery.stages.lod import shape_displacements
-from bakery.stages.web import PIECES, surfaces
 from bakery.types import EXPRESSIONS
 
 

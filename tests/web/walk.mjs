@@ -1,11 +1,11 @@
 // Walks through a page of `bakery preview` as a person does, and prints what it saw as JSON.
-// Usage: node walk.mjs PLAYWRIGHT CHROMIUM PAGE.html TAKE.csv OUT
-import { readFileSync } from 'node:fs';
+// Usage: node walk.mjs PLAYWRIGHT CHROMIUM PAGE.html TAKE.csv OUT AXE.js
+import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { open } from './browser.mjs';
 
-const [playwright, chromium, file, take, out] = process.argv.slice(2);
+const [playwright, chromium, file, take, out, axe] = process.argv.slice(2);
 const options = { colorScheme: 'dark', reducedMotion: 'reduce', acceptDownloads: true };
 const { browser, page, log } = await open(playwright, chromium, { width: 960, height: 600 }, options);
 const seen = { log, requests: [], dialogs: 0 };
@@ -29,12 +29,25 @@ async function walk() {
 
   await sliders();
   await expressions();
+  await keys();
   await stages();
   await layers();
   await playing();
   await costs();
   seen.nameless = await nameless();
+  seen.axe = { desktop: await violations() };
   await phone();
+  seen.axe.phone = await violations();
+}
+
+/** What axe-core objects to; null without it. */
+async function violations() {
+  if (!existsSync(axe)) return null;
+  await page.evaluate(readFileSync(axe, 'utf8'));
+  return page.evaluate(async () => {
+    const { violations } = await window.axe.run(document, { resultTypes: ['violations'] });
+    return violations.map((one) => `${one.id}: ${one.nodes.map((node) => node.html).join(' ')}`);
+  });
 }
 
 const settled = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
@@ -92,6 +105,22 @@ async function expressions() {
       return error.message;
     }
   }));
+}
+
+/** Keys on the picture, in the photo: they move the gaze, and the photo once it is enlarged. */
+async function keys() {
+  const view = page.locator('#view');
+  await view.focus();
+  const state = () => page.evaluate(() => ({ gaze: window.avatar.gaze, shift: [...window.avatar.orbit.shift], turned: window.avatar.orbit.yaw }));
+  const press = async (...keys) => {
+    for (const key of keys) await page.keyboard.press(key);
+    return state();
+  };
+  seen.keyed = {
+    role: await view.getAttribute('role'), label: await view.getAttribute('aria-label'), focused: await page.evaluate(() => document.activeElement.id),
+    start: await state(), gazed: await press('ArrowRight', 'ArrowUp'), moved: await press('+', 'ArrowRight'),
+    back: await press('0', 'ArrowLeft', 'ArrowDown'),
+  };
 }
 
 async function stages() {
@@ -226,6 +255,7 @@ async function phone() {
     scroll: document.documentElement.scrollWidth,
     canvas: document.getElementById('view').clientHeight,
     panel: document.getElementById('panel').clientHeight,
+    summary: Math.min(...[...document.querySelectorAll('summary')].filter((one) => one.checkVisibility()).map((one) => one.getBoundingClientRect().height)),
     smallest: Math.min(...[...document.querySelectorAll('button')].filter((one) => one.checkVisibility()).map((one) => one.clientHeight + 2)),
   }));
 }

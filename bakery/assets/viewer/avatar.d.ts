@@ -82,7 +82,7 @@ export class Avatar {
   orbit: { yaw: number; pitch: number; zoom: number; shift: number[] };
   /** Yaw to the subject's left, pitch up, roll to its left shoulder; degrees. */
   head: number[];
-  /** Gaze by itself, degrees; null follows the eyeLook weights. */
+  /** Gaze by itself, degrees, held within 35 aside and 30 up or down; null follows the eyeLook weights. */
   direction: number[] | null;
   /** Degrees: yaw to the subject's left, pitch up. */
   readonly gaze: number[];

@@ -21,6 +21,7 @@ export { decodeIndices, decodeVertices } from './meshopt.js';
 const SKULL = -40; // mm: how deep the axis of the view lies
 const NECK = [0, -75, -45]; // mm: where the head turns
 export const MOST_GAZE = [32, 24]; // degrees that are baked
+const LIMIT = [35, 30]; // degrees an eye can turn; beyond, nothing but white would be seen
 
 /**
  * Load a bundle.
@@ -146,7 +147,7 @@ export class Avatar {
 
   /** Where the eyes look, degrees: what `look` was told, else what the eyeLook weights mean. */
   get gaze() {
-    if (this.direction) return this.direction;
+    if (this.direction) return this.direction.map((angle, k) => Math.min(Math.max(angle, -LIMIT[k]), LIMIT[k]));
     const [mostYaw, mostPitch] = this.about.eyes.degrees;
     const one = (name) => this.get(name);
     const yaw = one('eyeLookOutLeft') - one('eyeLookInLeft') - one('eyeLookOutRight') + one('eyeLookInRight');

@@ -15,7 +15,8 @@ export const MOST_KEYS = 8; // what two targets of four channels hold
  */
 
 /**
- * A source behind a URL: of a bundle's folder or of its web/ folder.
+ * A source behind a URL: of a bundle's folder or of its web/ folder. Which of them is tried by the name, so
+ * that nothing is asked for that is not there; under another name, the other is tried too.
  * @param {string} url
  * @returns {Promise<Source>}
  */
@@ -26,10 +27,20 @@ export async function fromUrl(url) {
     if (!answer.ok) throw new AvatarError(`${name}: ${answer.status} ${answer.statusText}`);
     return new Uint8Array(await answer.arrayBuffer());
   };
-  const parse = (bytes) => JSON.parse(new TextDecoder().decode(bytes));
-  const description = parse(await read('avatar.json'));
-  if (!Array.isArray(description.files)) return { description, file: read };
-  return { description: parse(await read('web/avatar.json')), file: (name) => read('web/' + name) };
+  const places = ['', 'web/'];
+  if (folder.pathname.endsWith('.avatar/')) places.reverse();
+  let failure = null;
+  for (const place of places) {
+    const file = (name) => read(place + name);
+    try {
+      const description = JSON.parse(new TextDecoder().decode(await file('avatar.json')));
+      if (!Array.isArray(description.files)) return { description, file }; // else the bundle's own list
+    } catch (error) {
+      if (!(error instanceof AvatarError)) throw error;
+      failure ??= error;
+    }
+  }
+  throw failure ?? new AvatarError(`${url}: holds no web/avatar.json; bake it again`);
 }
 
 /**

@@ -87,7 +87,8 @@ export function follow(canvas, avatar, { changed, gazed }) {
   canvas.addEventListener('dblclick', () => straighten(avatar, changed));
   canvas.addEventListener('keydown', (event) => {
     const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
-    if (step && event.shiftKey) {
+    // The whole photo can be neither turned nor moved.
+    if (step && (event.shiftKey || (avatar.inPhoto && orbit.zoom === 1))) {
       const [yaw, pitch] = avatar.gaze;
       avatar.look(clamp(yaw + 4 * step[0], -MOST_GAZE[0], MOST_GAZE[0]), clamp(pitch - 4 * step[1], -MOST_GAZE[1], MOST_GAZE[1]));
       gazed();

@@ -1,0 +1,121 @@
+"""Segment and fit over a portrait, and the person that comes of it."""
+
+import logging
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from bakery.bake.options import BuildOptions
+from bakery.errors import FitError, InputError
+from bakery.formats import record
+from bakery.formats.work import key_of
+from bakery.heads.base import HeadModel
+from bakery.heads.lashes import with_lashes
+from bakery.stages import assess
+from bakery.stages.detect import detect_faces
+from bakery.stages.fit import fit, prepare
+from bakery.stages.fit.lids import close_lids
+from bakery.stages.fit.warp import residual_offsets
+from bakery.stages.segment import Segmentation, segment
+from bakery.types import Fit, Landmarks, Photo
+
+log = logging.getLogger(__name__)
+
+
+def segment_portrait(photo: Photo, landmarks: Landmarks, options: BuildOptions) -> Segmentation:
+    """What each pixel of the photo shows."""
+    return segment(photo.encoded, landmarks.points, options.segment)
+
+
+def fit_portrait(
+    path: Path | str,
+    photo: Photo,
+    landmarks: Landmarks,
+    head: HeadModel,
+    options: BuildOptions | None = None,
+    segmentation: Segmentation | None = None,
+) -> tuple[Fit, Segmentation]:
+    """Segment the photo, unless that was done, and fit the head.
+
+    Raises:
+        FitError: see `stages.fit.fit`.
+    """
+    options = options or BuildOptions()
+    try:
+        if segmentation is None:
+            segmentation = segment_portrait(photo, landmarks, options)
+        prepare(head, options.fit)  # what all fits of a head share is not the time of one
+        found = fit(photo, landmarks, head, options.fit, segmentation.skin)
+    except FitError as error:
+        raise FitError(f"{path}: {error}") from error
+    return replace(found, head_sha256=head.digest), segmentation
+
+
+def fitted_neutral(head: HeadModel, fit: Fit) -> np.ndarray:
+    """The neutral shape [V, 3] mm of a fit, with its residual warp."""
+    return head.neutral(fit.identity, residual_offsets(head, fit.residual))
+
+
+def own_head(head: HeadModel, fit: Fit) -> tuple[HeadModel, np.ndarray]:
+    """The head as this person has it, and its neutral shape [V, 3].
+
+    Its lids close on the eyes, and lashes and tear lines stand behind the vertices of `head`.
+    """
+    neutral = fitted_neutral(head, fit)
+    return with_lashes(close_lids(head, neutral), neutral)
+
+
+def check_head(where: Path | str, fit: Fit, head: HeadModel) -> None:
+    """Refuse a fit of another head.
+
+    Raises:
+        InputError: the head's numbers are not those that were fitted.
+    """
+    same = fit.head_sha256 == head.digest if fit.head_sha256 else fit.head == head.name
+    if not same:
+        raise InputError(
+            f"{where}: a fit of another head ('{fit.head}'), this one is '{head.name}' in another "
+            "version or by another name; give its --head, or fit again"
+        )
+
+
+def made_from(photo: Photo, landmarks: Landmarks, fit: Fit, head: HeadModel) -> str:
+    """SHA-256 over what textures are painted from, besides options and generator."""
+    table = record.fit_to_table(fit)
+    parts = [table[name] for name in ("camera", "identity", "expression", "gaze", "light")]
+    points = np.round(landmarks.points, 3).tolist()
+    return key_of(photo.sha256, points, parts, table["residual"], head.digest)
+
+
+def examine(
+    path: Path | str,
+    photo: Photo,
+    landmarks: Landmarks,
+    fit: Fit,
+    segmentation: Segmentation,
+    options: BuildOptions,
+    strict: bool,
+    given: bool = False,
+) -> list[assess.Finding]:
+    """Measure what may spoil the avatar, and say so; with `strict`, refuse it.
+
+    Args:
+        given: whether the landmarks came from a file; they are compared with detected ones.
+
+    Raises:
+        InputError: with `strict`, what was found.
+    """
+    seen = detect_faces(photo.encoded) if given else ()
+    findings = assess.assess(photo, landmarks, fit, segmentation, options.limits, seen)
+    lines = [
+        f"{found.message} ({found.code} {found.value:g}, limit {found.limit:g})"
+        for found in findings
+    ]
+    if strict and lines:
+        raise InputError(
+            f"{path}: {'; '.join(lines)}; give another portrait, or leave out --strict"
+        )
+    for line in lines:
+        log.warning("%s: %s", path, line)
+    return findings

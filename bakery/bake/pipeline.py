@@ -1,0 +1,299 @@
+"""The bake: the order of the steps, what each is made from, what is kept of it.
+
+photo -> detect -> segment -> fit -> (condition -> generate ->) texture -> mask -> bundle
+"""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from bakery.bake.bundle import write_bundle
+from bakery.bake.estimate import estimate
+from bakery.bake.faces import landmarks_file, one_face
+from bakery.bake.fitting import check_head, examine, fit_portrait, made_from, segment_portrait
+from bakery.bake.kept import Kept
+from bakery.bake.mask import draw_masks
+from bakery.bake.options import BuildOptions
+from bakery.bake.textures import paint
+from bakery.errors import InputError
+from bakery.export.manifest import Baked
+from bakery.formats import image, record
+from bakery.formats.files import digest, digest_file, read_bytes
+from bakery.formats.place import check_place
+from bakery.formats.work import Work, key_of, work_folder
+from bakery.heads.base import HeadModel
+from bakery.heads.file import load_head
+from bakery.paths import PACKAGE
+from bakery.plugins import maker_of, plug_in
+from bakery.stages.assess import Finding
+from bakery.stages.detect import face_size
+from bakery.stages.segment import Segmentation
+from bakery.types import Fit, Landmarks, Photo, Textures
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Request:
+    """One bake."""
+
+    photo: Path
+    output: Path
+    options: BuildOptions = field(default_factory=BuildOptions)
+    head: str = "makehuman"
+    generator: str = "pagan"
+    hair: str = "layer"
+    detector: str = "network"
+    landmarks: Path | None = None
+    face: int | None = None
+    frame: int | None = None
+    strict: bool = False
+    keep_photo: bool = False
+    overwrite: bool = False
+    work: Path | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Portrait:
+    """A photo with what was found in it."""
+
+    photo: Photo
+    landmarks: Landmarks
+    segmentation: Segmentation
+    fit: Fit
+    findings: list[Finding]
+    key: str  # of everything that the fit is made from
+
+
+def build(request: Request, progress: Progress | None = None) -> list[Finding]:
+    """Bake one portrait into an avatar bundle.
+
+    What an interrupted bake of the same portrait finished is taken from the work folder.
+
+    Args:
+        progress: called with (step, done, total).
+
+    Raises:
+        BakeryError: what the user can mend; with `strict`, findings too.
+    """
+    show = progress or (lambda step, done, total: None)
+    options = request.options
+    check_place(request.output, request.overwrite)
+    generator, head = plug_in("generators", request.generator), load_head(request.head)
+    with work_folder(request.output, request.work) as work:
+        seen = find_portrait(request, head, work, show)
+        made_by = _maker("generators", request.generator), _maker("hair", request.hair)
+        kept = Kept(work, key_of(seen.key, made_by, asdict(options.texture)))
+        textures = paint(
+            seen.photo,
+            seen.landmarks,
+            seen.fit,
+            seen.segmentation,
+            head,
+            generator,
+            plug_in("hair", request.hair),
+            options,
+            kept,
+            show,
+        )
+        show("mask", 2, 4)
+        masks = draw_masks(head, options)
+        show("bundle", 3, 4)
+        _bundle(request, seen, head, textures, masks)
+    return seen.findings
+
+
+def find_portrait(request: Request, head: HeadModel, work: Work | None, show: Progress) -> Portrait:
+    """The steps before anything is painted: detect, segment, fit, assess.
+
+    Args:
+        work: folder of finished steps, or None.
+
+    Raises:
+        BakeryError: the portrait cannot be used.
+    """
+    work = work or Work(None)
+    options, given = request.options, landmarks_file(request.landmarks, request.photo)
+    photo = image.read_photo(request.photo, request.frame)
+    show("detect", 0, 4)
+    found_by = digest(read_bytes(given)) if given else _maker("detectors", request.detector)
+    key = key_of(source_digest(), photo.sha256, request.frame, found_by, request.face)
+
+    def detect() -> bytes:
+        _, face = one_face(
+            request.photo, request.frame, given, request.face, request.detector, photo
+        )
+        height, width = photo.encoded.shape[:2]
+        return record.dump(record.faces_to_table(width, height, [face]))
+
+    landmarks = work.step(
+        "detect.json",
+        key,
+        detect,
+        lambda data: record.faces_from_table("detect.json", record.parse("detect.json", data))[1][
+            0
+        ],
+    )
+    show("segment", 1, 4)
+    segmentation = segment_portrait(photo, landmarks, options)
+    show("fit", 1, 4)
+    key = key_of(key, head.digest, asdict(options.fit), asdict(options.segment))
+
+    def fit() -> bytes:
+        found, _ = fit_portrait(request.photo, photo, landmarks, head, options, segmentation)
+        return record.dump(record.fit_to_table(found))
+
+    fitted = work.step(
+        "fit.json",
+        key,
+        fit,
+        lambda data: record.fit_from_table("fit.json", record.parse("fit.json", data)),
+    )
+    findings = examine(
+        request.photo,
+        photo,
+        landmarks,
+        fitted,
+        segmentation,
+        options,
+        request.strict,
+        given is not None,
+    )
+    return Portrait(photo, landmarks, segmentation, fitted, findings, key)
+
+
+def read_portrait(request: Request, fitted: Path, head: HeadModel) -> Portrait:
+    """A portrait whose fit stands in a file.
+
+    Raises:
+        InputError: the fit is of another head or photo.
+    """
+    fit = record.read_fit(fitted)
+    check_head(fitted, fit, head)
+    given = landmarks_file(request.landmarks, request.photo)
+    photo, landmarks = one_face(request.photo, request.frame, given, request.face, request.detector)
+    landmarks = record.rounded_face(photo, landmarks)  # as `build` has them
+    height, width = photo.encoded.shape[:2]
+    if (fit.camera.width, fit.camera.height) != (width, height):
+        raise InputError(
+            f"{fitted}: a fit of a photo of {fit.camera.width}x{fit.camera.height}, "
+            f"{request.photo} has {width}x{height}; fit this photo"
+        )
+    segmentation = segment_portrait(photo, landmarks, request.options)
+    findings = examine(
+        request.photo,
+        photo,
+        landmarks,
+        fit,
+        segmentation,
+        request.options,
+        request.strict,
+        given is not None,
+    )
+    return Portrait(photo, landmarks, segmentation, fit, findings, "")
+
+
+def bundle_files(
+    request: Request, head: HeadModel, fitted: Path, textures: Path, masks: Path
+) -> None:
+    """The last step alone: a bundle from the files that the other steps wrote.
+
+    Raises:
+        InputError: the files were made from another photo, fit or head.
+    """
+    check_place(request.output, request.overwrite)
+    seen = read_portrait(request, fitted, head)
+    painted = record.read_textures(textures)
+    if painted.made_from != made_from(seen.photo, seen.landmarks, seen.fit, head):
+        raise InputError(
+            f"{textures}: painted from another photo, fit or head; make it again with "
+            "`bakery texture`"
+        )
+    drawn = record.read_arrays(masks, ["masks", "head"])
+    if str(drawn["head"]) != head.digest:
+        raise InputError(f"{masks}: masks of another head; make them again with `bakery mask`")
+    _bundle(request, seen, head, painted, drawn["masks"])
+
+
+def _bundle(
+    request: Request, seen: Portrait, head: HeadModel, textures: Textures, masks: np.ndarray
+) -> None:
+    baked = Baked(
+        seen.photo,
+        seen.fit,
+        head,
+        textures,
+        masks,
+        seen.findings,
+        textures.maker,
+        seen.landmarks.maker.name,
+    )
+    write_bundle(
+        request.output, baked, request.options.bundle, request.keep_photo, request.overwrite
+    )
+
+
+def recipe(request: Request) -> str:
+    """SHA-256 over everything that a bundle's content depends on; the manifest keeps it.
+
+    A bundle of the same recipe would come out the same, so that it need not be baked again.
+    """
+    given = landmarks_file(request.landmarks, request.photo)
+    return key_of(
+        source_digest(),
+        digest_file(request.photo),
+        request.frame,
+        request.face,
+        digest_file(given) if given else _maker("detectors", request.detector),
+        load_head(request.head).digest,
+        _maker("generators", request.generator),
+        _maker("hair", request.hair),
+        asdict(request.options),
+        request.keep_photo,
+    )
+
+
+def _maker(group: str, name: str) -> dict[str, str]:
+    return asdict(maker_of(group, plug_in(group, name)))
+
+
+@cache
+def source_digest() -> str:
+    """SHA-256 over the program itself, so that another version takes nothing from a work folder."""
+    paths = sorted(
+        path
+        for folder in (PACKAGE, PACKAGE.parent / "presets")
+        if folder.is_dir()
+        for path in folder.rglob("*")
+        if path.suffix in (".py", ".toml", ".json", ".npz", ".safetensors")
+    )
+    return key_of([[path.name, digest_file(path)] for path in paths])
+
+
+def describe(request: Request) -> str:
+    """What `build` would do, as text, after checking all that it would refuse before it paints.
+
+    Raises:
+        BakeryError: what `build` would refuse.
+    """
+    check_place(request.output, request.overwrite)
+    plug_in("generators", request.generator), plug_in("hair", request.hair)
+    head = load_head(request.head)
+    seen = find_portrait(request, head, None, lambda step, done, total: None)
+    height, width = seen.photo.encoded.shape[:2]
+    notes = "".join(f", {note}" for note in seen.photo.notes)
+    options = request.options
+    return "\n".join(
+        [
+            f"photo       {request.photo} ({width}x{height}{notes})",
+            f"face        {face_size(seen.landmarks):.0f} pixels, score {seen.landmarks.score:.2f}",
+            f"head        {head.name} ({len(head.mean)} vertices)",
+            f"generator   {request.generator}",
+            f"bundle      {request.output} ({options.texture.resolution} texels, "
+            f"{options.texture.mouths} mouths)",
+            f"takes       {estimate(options)}",
+        ]
+    )

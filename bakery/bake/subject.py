@@ -1,0 +1,101 @@
+"""A person photographed in neutral, ready to be painted as other photographs show them."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from bakery.bake.fitting import fit_portrait, fitted_neutral
+from bakery.bake.options import BuildOptions
+from bakery.formats.image import read_photo
+from bakery.generators.planes import NONE, Planes, planes, shrunk_planes
+from bakery.geometry.fill import smoothstep
+from bakery.heads.base import PARTS
+from bakery.stages.condition import SIZE, condition, finer
+from bakery.stages.face_frame import cut, face_frame
+from bakery.stages.fit.lids import close_lids
+from bakery.stages.segment import HAIR
+from bakery.stages.texture.hair import cover_of
+from bakery.stages.texture.neutral import prepare
+from bakery.types import Camera, Conditions, Fit
+
+
+@dataclass(frozen=True, eq=False)
+class Sitting:
+    """One photo of a person, seen in the frame that pairs have."""
+
+    # Of the photo's fit, with the texture of the neutral photo, drawn finer than the frame.
+    conditions: Conditions
+    camera: Camera  # of the frame
+    planes: Planes
+    picture: np.ndarray  # [S, S, 3] float32 sRGB-encoded: the photo itself
+    face: np.ndarray  # [S, S] uint8: skin, eyes and mouth, no hair
+    points: np.ndarray  # [L, 2] pixels
+    fit: Fit
+
+    @property
+    def head_only(self):
+        """The photo where the head is drawn: [S, S, 3] uint8, 0 elsewhere."""
+        return _bytes(self.picture * (self.planes.part != NONE)[..., None])
+
+
+class Sitter:
+    """A person photographed in neutral, ready to be paired with other photographs."""
+
+    def __init__(self, path, landmarks, head, options=None, size=SIZE, photo=None):
+        """Fit and unwrap the neutral photo.
+
+        Args:
+            path: the neutral photo.
+            landmarks: its Landmarks.
+            head: HeadModel.
+            options: BuildOptions.
+            size: pixels a side of the frames.
+            photo: the Photo, if it was read already.
+
+        Raises:
+            FitError, InputError: the photo cannot be used.
+        """
+        self.options, self.size, self.model = options or BuildOptions(), size, head
+        photo = photo or read_photo(path)
+        fit, segmentation = fit_portrait(path, photo, landmarks, head, self.options)
+        neutral = fitted_neutral(head, fit)
+        self.head = close_lids(head, neutral)  # lashes are the player's, no generator draws them
+        cover = cover_of(photo.encoded, segmentation, landmarks.points)
+        resolution = self.options.texture.resolution
+        prepared = prepare(photo, landmarks, fit, neutral, self.head, cover, resolution)
+        self.subject, self.hair = prepared.subject, prepared.hair
+        self.neutral = self._seat(photo, landmarks.points, fit, segmentation, neutral)
+
+    def sit(self, path, landmarks):
+        """Another photo of this person: Sitting."""
+        photo = read_photo(path)
+        fit, segmentation = fit_portrait(path, photo, landmarks, self.model, self.options)
+        neutral = fitted_neutral(self.model, fit)
+        return self._seat(photo, landmarks.points, fit, segmentation, neutral)
+
+    def _seat(self, photo, points, fit, segmentation, neutral):
+        camera, affine = face_frame(fit, points, self.size)
+        drawn = condition(
+            self.head, neutral, self.subject.texture, fit.expression, fit.gaze, finer(camera)
+        )
+        layers = shrunk_planes(planes(self.head, drawn), self.size)
+        hair = cut((segmentation.labels == HAIR).astype(np.float32), affine, self.size)
+        skin = cut(segmentation.skin.astype(np.float32), affine, self.size)
+        inner = (layers.part != NONE) & (layers.part != PARTS.index("skin"))
+        clear = np.where(inner, 1, smoothstep(0.3, 0.9, skin)) * (1 - hair)
+        # The border of hair and of the photo's own outline is not trusted either.
+        clear = cv2.erode(clear.astype(np.float32), np.ones((5, 5)))
+        return Sitting(
+            drawn,
+            camera,
+            layers,
+            cut(photo.encoded, affine, self.size),
+            _bytes(layers.face / 255 * clear),
+            points @ affine[:, :2].T + affine[:, 2],
+            fit,
+        )
+
+
+def _bytes(values):
+    return np.round(np.clip(values, 0, 1) * 255).astype(np.uint8)

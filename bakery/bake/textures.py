@@ -1,0 +1,210 @@
+"""The textures of one person: condition -> generate -> texture, for each key, gaze and mouth."""
+
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from bakery.bake.fitting import made_from, own_head
+from bakery.bake.kept import Arrays, Kept
+from bakery.bake.options import BuildOptions
+from bakery.formats import targets
+from bakery.generators.base import Generator, Subject
+from bakery.generators.eyes import EyeMaps
+from bakery.generators.lids import LidSkin
+from bakery.geometry import rotation
+from bakery.hair.base import Hair
+from bakery.heads.base import HeadModel
+from bakery.parallel import ahead
+from bakery.plugins import maker_of
+from bakery.stages.condition import condition, face_camera
+from bakery.stages.generate import generate
+from bakery.stages.segment import Segmentation
+from bakery.stages.texture import TextureOptions, gaze, keys, mouth
+from bakery.stages.texture.hair import cover_of
+from bakery.stages.texture.neutral import Prepared, prepare
+from bakery.stages.texture.proxies import eye_caps, make_carrier
+from bakery.types import Camera, Conditions, Fit, Landmarks, Photo, Textures
+
+AHEAD = (0.0, 0.0)  # degrees of gaze
+# Pictures a kept part: each takes the time of about a second to paint.
+GAZES, MOUTHS = 10, 25
+
+
+@dataclass(frozen=True)
+class Targets:
+    """The expressions, gazes and mouths that are baked."""
+
+    key_names: tuple[str, ...]
+    key_weights: np.ndarray  # [K, E]
+    gaze: np.ndarray  # [20, 2] degrees
+    mouths: np.ndarray  # [M, E]
+
+
+def read_targets() -> Targets:
+    """The targets of presets/expressions."""
+    folder = targets.presets_folder() / "expressions"
+    names, weights = targets.read_keys(folder / "keys.toml")
+    return Targets(
+        names,
+        weights,
+        targets.read_gaze(folder / "gaze.toml"),
+        targets.read_mouths(folder / "mouths.json"),
+    )
+
+
+class Painter:
+    """One person and one generator: an expression, gaze or pose in, a texture out."""
+
+    def __init__(
+        self, subject: Subject, generator: Generator, fit: Fit, options: TextureOptions
+    ) -> None:
+        head, resolution = subject.head, options.resolution
+        self.subject, self.generator = subject, generator
+        self.views = keys.key_cameras(subject, fit, options.views)
+        self.skin = keys.ratio_atlas(head, resolution)
+        camera = face_camera(fit, head, subject.neutral)
+        self.strip, self.caps = gaze.strip_camera(subject, camera), eye_caps(head, resolution)
+        self.piece, self.crop = mouth.cut(subject), mouth.crop_camera(subject, camera)
+        self.sheet = make_carrier(self.piece.head, "mouth_sheet", resolution)
+        self.closed = mouth.closed_mouth(subject, self.sheet)
+
+    def key(self, weights: np.ndarray) -> Arrays:
+        """T_k [T, T, 3] of a key expression [E], from all views."""
+        seen = (self._seen(self.subject, weights, AHEAD, camera) for camera in self.views)
+        pictures = ((view, generate(self.generator, self.subject, view)) for view in seen)
+        return {"texture": keys.key_texture(pictures, self.subject, self.skin)}
+
+    def gaze(self, direction: np.ndarray) -> Arrays:
+        """Both eye caps [h, 2 w, 3] of a gaze [2] degrees."""
+        expression = gaze.gaze_expression(direction)
+        seen = self._seen(self.subject, expression, direction, self.strip)
+        picture = seen, generate(self.generator, self.subject, seen)
+        return {"texture": gaze.gaze_texture(picture, self.subject, self.caps)}
+
+    def mouth(self, pose: np.ndarray) -> Arrays:
+        """The mouth sheet [h, w, 3] of a pose [E], and its lip landmarks [40, 2]."""
+        seen = self._seen(self.piece, pose, AHEAD, self.crop)
+        picture = seen, generate(self.generator, self.piece, seen, interior_only=True)
+        texture, lips = mouth.mouth_texture(picture, self.piece, self.sheet, self.closed)
+        return {"texture": texture, "landmarks": lips}
+
+    @staticmethod
+    def _seen(
+        subject: Subject,
+        weights: np.ndarray,
+        direction: np.ndarray | tuple[float, float],
+        camera: Camera,
+    ) -> Conditions:
+        return condition(subject.head, subject.neutral, subject.texture, weights, direction, camera)
+
+
+def paint(
+    photo: Photo,
+    landmarks: Landmarks,
+    fit: Fit,
+    segmentation: Segmentation,
+    head: HeadModel,
+    generator: Generator,
+    hair: Hair,
+    options: BuildOptions,
+    kept: Kept | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
+    wanted: Targets | None = None,
+) -> Textures:
+    """Paint all textures of one fit.
+
+    Args:
+        head: the head model that was fitted.
+        generator: what paints.
+        hair: what makes the hair.
+        kept: where finished parts are kept.
+        progress: called with (step, done, total).
+        wanted: the expressions, gazes and mouths; None takes those of presets/expressions.
+
+    Raises:
+        ModelError: the generator gave back something that cannot be used.
+    """
+    origin = made_from(photo, landmarks, fit, head)
+    head, neutral = own_head(head, fit)
+    wanted = wanted or read_targets()
+    kept = kept or Kept()
+    directions = gaze.with_own_gaze(wanted.gaze, fit.gaze)
+    poses = wanted.mouths[: options.texture.mouths]
+    total = 1 + len(wanted.key_names) + len(directions) + len(poses)
+    numbers = iter(range(total))
+
+    def say(word: str) -> None:
+        if progress:
+            progress(word, next(numbers), total)
+
+    def painted(word: str, make: Callable[[np.ndarray], Arrays], rows: np.ndarray, size: int):
+        with closing(kept.series(word, make, rows, size)) as series:
+            for _ in rows:
+                say(word)
+                yield next(series)
+
+    say("neutral")
+    if hasattr(generator, "get_ready"):
+        ahead(generator.get_ready, head)
+    arrays = kept.one(
+        "neutral",
+        lambda: _to_arrays(
+            prepare(
+                photo,
+                landmarks,
+                fit,
+                neutral,
+                head,
+                cover_of(photo.encoded, segmentation, landmarks.points),
+                options.texture.resolution,
+                hair.layer,
+            )
+        ),
+    )
+    prepared = _from_arrays(arrays, head, neutral, fit)
+    painter = Painter(prepared.subject, generator, fit, options.texture)
+    of_keys = list(painted("key", painter.key, wanted.key_weights, 1))
+    of_gaze = list(painted("gaze", painter.gaze, directions, GAZES))
+    of_mouths = list(painted("mouth", painter.mouth, poses, MOUTHS))
+    return Textures(
+        neutral=prepared.subject.texture.astype(np.float16),
+        keys=np.stack([row["texture"] for row in of_keys]),
+        key_names=wanted.key_names,
+        key_weights=wanted.key_weights,
+        source=prepared.source,
+        facing=prepared.facing.astype(np.float16),
+        hair=prepared.hair.astype(np.float16),
+        gaze=np.stack([row["texture"] for row in of_gaze]),
+        gaze_directions=directions,
+        mouths=np.stack([row["texture"] for row in of_mouths]),
+        mouth_landmarks=np.stack([row["landmarks"] for row in of_mouths]),
+        mouth_weights=poses,
+        maker=maker_of("generators", generator),
+        made_from=origin,
+    )
+
+
+def _to_arrays(prepared: Prepared) -> Arrays:
+    """What of a neutral texture neither the head nor the fit says, as named arrays."""
+    subject = prepared.subject
+    return {
+        "texture": subject.texture,
+        "photo": subject.photo,
+        **{f"eyes_{field.name}": getattr(subject.eyes, field.name) for field in fields(EyeMaps)},
+        **{f"lids_{field.name}": getattr(subject.lids, field.name) for field in fields(LidSkin)},
+        "source": prepared.source,
+        "facing": prepared.facing,
+        "hair": prepared.hair,
+    }
+
+
+def _from_arrays(arrays: Arrays, head: HeadModel, neutral: np.ndarray, fit: Fit) -> Prepared:
+    eyes = EyeMaps(*(arrays[f"eyes_{field.name}"] for field in fields(EyeMaps)))
+    lids = LidSkin(*(arrays[f"lids_{field.name}"] for field in fields(LidSkin)))
+    turn = rotation.matrix(fit.camera.rotation)
+    subject = Subject(
+        head, neutral, arrays["texture"], eyes, lids, fit.light, turn, arrays["photo"]
+    )
+    return Prepared(subject, arrays["source"], arrays["facing"], arrays["hair"])

@@ -1,0 +1,34 @@
+"""`bakery bundle`: what the other steps made, as one bundle."""
+
+import click
+
+from bakery.cli import options
+
+
+@click.command(cls=options.Command)
+@options.photo
+@options.fitted
+@click.option("--textures", required=True, type=options.PATH, help="From `texture`.")
+@click.option("--masks", required=True, type=options.PATH, help="From `mask`.")
+@click.option("-o", "--output", required=True, type=options.PATH, help="The bundle's folder.")
+@options.baking
+@click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
+@click.option("--keep-photo", is_flag=True, help="Keep the portrait in the bundle.")
+def bundle(photo, fitted, textures, masks, output, preset, settings, resolution, **request):
+    """Pack what was made of PHOTO into a bundle.
+
+    \b
+    bakery bundle portrait.jpg --landmarks points.json --fit fit.json \\
+        --textures textures.npz --masks masks.npz -o portrait.avatar
+
+    Who painted the textures stands in their file; --generator changes nothing here.
+    """
+    options.may_bake(output, request["overwrite"])
+    from bakery.bake import pipeline
+    from bakery.heads.file import load_head
+
+    chosen = options.build_options(preset, settings, resolution)
+    asked = pipeline.Request(photo, output, chosen, **request)
+    head = load_head(asked.head)
+    pipeline.bundle_files(asked, head, fitted, textures, masks)
+    options.wrote(output)

@@ -1,0 +1,119 @@
+"""`bakery evaluate generator`, `painted`, `keys`, `times` and `detail`: the generators, measured."""
+
+import json
+from pathlib import Path
+
+import click
+
+from bakery.cli import options
+
+weights_option = click.option(
+    "--weights",
+    multiple=True,
+    metavar="NAME=PATH",
+    help="A network by another name beside the shipped one; may be repeated.",
+)
+
+
+def _line(record):
+    click.echo(json.dumps(record, default=float))
+
+
+def _networks(weights):
+    """{name: PaganGenerator}: the shipped one, "network", and those of --weights."""
+    from bakery.generators import pagan
+
+    found = {"network": pagan.load()}
+    for text in weights:
+        name, equals, path = text.partition("=")
+        if not (name and equals and path):
+            raise click.BadParameter(f"{text!r}: give NAME=PATH, such as longer=runs/longer.st")
+        found[name] = pagan.load(path)
+    return found
+
+
+@click.command(cls=options.Command)
+@click.argument("portraits", type=click.Path(path_type=Path))
+@options.head
+@weights_option
+@click.option("--pictures", type=click.Path(path_type=Path), help="Folder of side-by-side PNGs.")
+@click.option("--only", multiple=True, help="Name of a person; may be repeated.")
+@click.option("--take", type=click.Path(path_type=Path), help="Live Link Face CSV, for flicker.")
+@options.overwrite
+def generator(portraits, head, weights, pictures, only, take, overwrite):
+    """Smiles painted from neutral photos: network, rendered, and simple baselines."""
+    options.may_fill(pictures, overwrite)
+    from bakery.evaluate import generator as measures
+    from bakery.generators.identity import load_features
+    from bakery.heads.file import load_head
+    from bakery.plugins import plug_in
+
+    networks, model = _networks(weights), load_head(head)
+    painters = networks | {"rendered": plug_in("generators", "rendered")}
+    results = []
+    for result in measures.everybody(portraits, model, painters, pictures, only):
+        scores = {way: vars(score) for way, score in result.scores.items()}
+        _line({"name": result.name, "teeth": result.teeth, **scores})
+        results.append(result)
+    if results:
+        _line(measures.summary(results))
+        _line({"identity": measures.identity(results, load_features())})
+    if take:
+        _line({"flicker": measures.flicker(portraits, model, take, painters, only)})
+
+
+@click.command(cls=options.Command)
+@click.argument("pairs", type=click.Path(path_type=Path))
+@weights_option
+@click.option("--most", type=click.IntRange(1), help="Use this many pairs only.")
+def painted(pairs, weights, most):
+    """Expressions of painted people, as in table 1 of paGAN; PAIRS is of `bakery synth pairs`."""
+    from bakery.evaluate.generator import painted as generator_painted
+
+    _line(generator_painted.measure(pairs, _networks(weights), most))
+
+
+@click.command(cls=options.Command)
+@click.argument("photos", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Picture.")
+@click.option("--yaw", default=0.0, type=click.FloatRange(-60, 60), help="Degrees that they turn.")
+@options.head
+@options.generator
+@options.overwrite
+def keys(photos, output, yaw, head, generator, overwrite):
+    """The six key expressions of PHOTOS beside them, with eyes and mouths, to look at."""
+    from bakery.evaluate.generator.sheet import sheet
+    from bakery.formats.image import write_image
+
+    options.may_write(output, overwrite, endings=options.PICTURES)
+    write_image(output, sheet(photos, head, generator, yaw) / 255.0, 92)
+    options.wrote(output)
+
+
+@click.command(cls=options.Command)
+@click.argument("photo", type=click.Path(path_type=Path))
+@options.head
+@options.generator
+def times(photo, head, generator):
+    """Seconds of each step of a bake of PHOTO, and of a trained generator's network beside a plain
+    U-Net.
+    """
+    from bakery.evaluate.generator import speed as generator_speed
+    from bakery.plugins import plug_in
+
+    seconds, textures, pictures = generator_speed.stages(photo, head, generator)
+    _line({"steps": seconds})
+    if pictures:
+        network = plug_in("generators", generator)
+        _line({"network": generator_speed.measure(network, textures, pictures)})
+
+
+@click.command(cls=options.Command)
+@click.argument("bundle", type=click.Path(path_type=Path))
+def detail(bundle):
+    """How much of the photo's own fine detail the key textures of BUNDLE keep."""
+    from bakery.evaluate.generator import detail as generator_detail
+    from bakery.export.open import open_avatar
+
+    for name, figures in generator_detail.keep(open_avatar(bundle)).items():
+        _line({"key": name, **figures})

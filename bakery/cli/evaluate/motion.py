@@ -1,0 +1,52 @@
+"""`bakery evaluate track` and `bakery evaluate animate`: motion, measured."""
+
+import json
+from pathlib import Path
+
+import click
+
+from bakery.cli import options
+from bakery.cli.animate import timecode_base
+
+
+@click.command(cls=options.Command)
+@options.head
+@click.option("--people", default=2, show_default=True, type=click.IntRange(1))
+@click.option("--frames", default=60, show_default=True, type=click.IntRange(10))
+@click.option(
+    "--seed", default=1, show_default=True, type=click.IntRange(0), help="Of the first person."
+)
+def track(head, people, frames, seed):
+    """Track painted people who play known curves; about a second a frame goes into painting."""
+    from bakery.evaluate import tracking
+    from bakery.heads.file import load_head
+    from bakery.plugins import plug_in
+
+    model, detector = load_head(head), plug_in("detectors", "network")
+    results = []
+    for number in range(seed, seed + people):
+        results.append(tracking.measure(model, detector, number, frames))
+        click.echo(json.dumps(vars(results[-1])))
+    click.echo(json.dumps(tracking.summary(results)))
+
+
+@click.command(cls=options.Command)
+@click.argument("bundle", type=click.Path(path_type=Path))
+@click.option("--curves", required=True, type=click.Path(path_type=Path), help="Take to play.")
+@timecode_base
+@click.option("--size", default=512, show_default=True, type=click.IntRange(16, 4096))
+@click.option("--frames", metavar="FIRST:LAST", help="Only these frames, counted from 0.")
+@click.option("--view", default="front", show_default=True, help="photo, front or YAW,PITCH.")
+@click.option("--kind", type=click.Choice([".webm", ".mp4"]), default=".webm", show_default=True)
+def animate(bundle, curves, base, size, frames, view, kind):
+    """Play a take with BUNDLE, encode it, keep nothing: frames a second, memory."""
+    from bakery.evaluate import playing
+    from bakery.export.open import open_avatar
+    from bakery.formats.livelink import read_take
+    from bakery.motion.animate import Show, parse_frames
+    from bakery.show import frame as scenes
+
+    first, last = parse_frames(frames)
+    show = Show(view=scenes.parse(view=view)["view"], size=size, first=first, last=last)
+    result = playing.measure(open_avatar(bundle), read_take(curves, base), show, kind)
+    click.echo(json.dumps(vars(result)))

@@ -1,0 +1,46 @@
+"""`bakery segment`: what each pixel of a portrait shows."""
+
+import click
+
+from bakery.cli import options
+from bakery.cli.each import as_bytes, check_early, each, output, overlay, show
+
+
+@click.command(cls=options.Command)
+@options.photos
+@output
+@overlay
+@options.baking
+@options.dry_run
+def segment(
+    photos, output, preview, dry_run, overwrite, preset, settings, resolution, detector, landmarks,
+    face, frame, **others,
+):  # fmt: skip
+    """Label every pixel of PHOTOS.
+
+    Writes an indexed PNG (one photo; "-" is stdout) or NAME.png into a folder. A pixel's index is
+    its label: 0 background, 1 skin (beards, brows and lashes too), 2 hair, 3 clothes, 4 glasses,
+    5 eyes, 6 lips, 7 mouth, 8 hidden (part of the face that hair or deep shadow covers).
+
+    \b
+    bakery segment portrait.jpg -o labels.png --preview seen.png
+    bakery segment photos/*.jpg -o labels/
+    """
+    check_early(photos, frame)
+    from bakery.bake.faces import landmarks_file, one_face
+    from bakery.bake.fitting import segment_portrait
+    from bakery.formats.labels import encode_labels
+    from bakery.runtime.overlay import LABEL_COLORS, draw_labels
+
+    chosen = options.build_options(preset, settings, resolution)
+
+    def one(photo, place, drawn):
+        given = landmarks_file(landmarks, photo)
+        image, points = one_face(photo, frame, given, face, detector)
+        if not dry_run:
+            labels = segment_portrait(image, points, chosen).labels
+            options.write(place, encode_labels(labels, LABEL_COLORS))
+            show(drawn, lambda: draw_labels(as_bytes(image), labels))
+        return not dry_run
+
+    each(photos, output, preview, overwrite, one, ".png")

@@ -1,0 +1,57 @@
+"""`bakery texture` and `bakery mask`: the pictures of a bundle, from a fit and from a head model."""
+
+import click
+
+from bakery.cli import options
+
+output = click.option("-o", "--output", required=True, type=options.PATH)
+
+
+@click.command(cls=options.Command)
+@options.photo
+@options.fitted
+@output
+@options.baking
+def texture(photo, fitted, output, overwrite, preset, settings, resolution, **request):
+    """Paint all textures of one fit of PHOTO into an npz file.
+
+    \b
+    bakery texture portrait.jpg --landmarks points.json --fit fit.json -o textures.npz
+    """
+    options.may_write(output, overwrite)
+    from bakery.bake import pipeline
+    from bakery.bake.textures import paint
+    from bakery.formats import record
+    from bakery.heads.file import load_head
+    from bakery.plugins import plug_in
+
+    chosen = options.build_options(preset, settings, resolution)
+    generator, head = plug_in("generators", request["generator"]), load_head(request["head"])
+    asked = pipeline.Request(photo, output, chosen, **request)
+    seen = pipeline.read_portrait(asked, fitted, head)
+    with options.progress(output.name, options.bake_plan(chosen)) as progress:
+        painted = paint(
+            seen.photo, seen.landmarks, seen.fit, seen.segmentation, head, generator,
+            plug_in("hair", asked.hair), chosen, progress=progress,
+        )  # fmt: skip
+    record.write_arrays(output, record.textures_to_arrays(painted))
+    options.wrote(output)
+
+
+@click.command(cls=options.Command)
+@output
+@options.baking
+def mask(output, overwrite, preset, settings, resolution, head, **others):
+    """Draw the activation masks of a head model into an npz file.
+
+    \b
+    bakery mask -o masks.npz
+    """
+    options.may_write(output, overwrite)
+    from bakery.bake.mask import draw_masks
+    from bakery.formats import record
+    from bakery.heads.file import load_head
+
+    model, chosen = load_head(head), options.build_options(preset, settings, resolution)
+    record.write_arrays(output, {"masks": draw_masks(model, chosen), "head": model.digest})
+    options.wrote(output)

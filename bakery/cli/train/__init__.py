@@ -1,0 +1,180 @@
+"""`bakery train`: everything that ships trained, made again."""
+
+import json
+from pathlib import Path
+
+import click
+
+from bakery.cli import options
+from bakery.cli.train.closeups import closeups
+from bakery.cli.train.identity import identity
+
+folder = click.Path(path_type=Path)
+
+
+@click.group(cls=options.Group)
+def train():
+    """Train the networks of the project, and make its presets."""
+
+
+@train.command(cls=options.Command, resumes=True)
+@click.argument("network", type=click.Choice(["finder", "points"]))
+@click.option("--photos", required=True, type=folder, help="Folder of photos.")
+@click.option("--dense", required=True, type=folder, help="npz with their 478 points.")
+@click.option("--rendered", multiple=True, type=folder, help="Painted pictures with points.")
+@click.option("--backgrounds", multiple=True, type=folder, help="Pictures without faces.")
+@click.option("--run", required=True, type=folder, help="Folder of the run; goes on where it was.")
+@options.settings_of("detector")
+def detector(network, photos, dense, rendered, backgrounds, run, settings):
+    """Train one of the detector's two networks.
+
+    \b
+    bakery train detector points --photos portraits/london/train \\
+        --dense portraits/dense478.npz --run runs/points
+    """
+    from bakery.train import detector as training
+
+    options.may_go_on(run, marks=["options.json"])
+    chosen = options.training_options("detector", settings, network=network)
+    for figures in training.train(run, photos, dense, chosen, rendered, backgrounds):
+        click.echo(json.dumps(figures))
+
+
+@train.command("export", cls=options.Command)
+@click.argument("finder_run", type=folder)
+@click.argument("points_run", type=folder)
+@click.option("-o", "--output", required=True, type=folder, help=".safetensors to write.")
+@options.overwrite
+def export_detector(finder_run, points_run, output, overwrite):
+    """Pack the two trained networks of the detector into one file."""
+    from bakery.train.detector import export
+
+    options.may_write(output, overwrite)
+    export(finder_run, points_run, output)
+    options.wrote(output)
+
+
+@train.command(cls=options.Command)
+@click.argument("portraits", type=folder)
+@click.option("-o", "--output", required=True, type=folder, help=".safetensors to write.")
+@click.option("--commit", default="", help="Commit of this code, for the card.")
+@options.head
+@options.overwrite
+def albedo(portraits, output, commit, head, overwrite):
+    """Learn the albedo basis from london/train of PORTRAITS; its card goes beside it."""
+    from bakery.formats import record
+    from bakery.formats.files import write_bytes
+    from bakery.heads.file import load_head
+    from bakery.train.albedo import learn, model_card, save
+    from bakery.train.subjects import albedo_subjects
+
+    card = output.with_suffix(".json")
+    options.may_write(output, overwrite)
+    options.may_write(card, overwrite)
+    model = load_head(head)
+    basis, figures = learn(albedo_subjects(portraits, model), model)
+    save(basis, output)
+    write_bytes(card, record.dump(model_card(basis, figures, output, commit)))
+    click.echo(json.dumps(figures))
+    options.wrote(output, card)
+
+
+@train.command("mouths", cls=options.Command)
+@click.option("-o", "--output", required=True, type=folder, help="JSON to write.")
+@click.option("--count", default=300, show_default=True, type=click.IntRange(1, 300))
+@options.head
+@options.overwrite
+def mouths(output, count, head, overwrite):
+    """Choose the mouth poses that are baked: spread evenly over what lips do."""
+    from bakery.heads.file import load_head
+    from bakery.train.presets import mouth_poses, poses_to_json
+
+    options.may_write(output, overwrite)
+    options.write(output, poses_to_json(mouth_poses(load_head(head), count)).encode())
+    options.wrote(output)
+
+
+@train.command("gaze", cls=options.Command)
+@click.option("-o", "--output", required=True, type=folder, help="TOML to write.")
+@options.overwrite
+def gaze(output, overwrite):
+    """Choose the gaze directions that are baked: even over the field of view."""
+    from bakery.train.presets import gaze_directions, gaze_to_toml
+
+    options.may_write(output, overwrite)
+    options.write(output, gaze_to_toml(gaze_directions()).encode())
+    options.wrote(output)
+
+
+@train.command("pairs", cls=options.Command, resumes=True)
+@click.argument("photographs", type=folder)
+@click.option("-o", "--output", required=True, type=folder, help="Folder of shards.")
+@click.option("--dense", type=folder, help="npz with their 478 points; without it, the detector's.")
+@options.head
+@options.preset
+@options.settings
+def real_pairs(photographs, output, dense, head, preset, settings):
+    """Make training pairs from PHOTOGRAPHS of people in neutral and in other expressions.
+
+    Files are named SUBJECT_neutral.jpg and SUBJECT_EXPRESSION.jpg, or lie in folders named SUBJECT;
+    those of CFD and RaFD are known by their own names.
+
+    \b
+    bakery train pairs portraits/london/train --dense portraits/dense478.npz -o runs/real
+    """
+    from bakery.heads.file import load_head
+    from bakery.train import folders, real_pairs
+
+    options.may_go_on(output)
+    output.mkdir(parents=True, exist_ok=True)
+    people = folders.people(photographs)
+    points = folders.landmarks_by(dense)
+    chosen = options.build_options(preset, settings)
+    model = load_head(head)
+    for person, error in real_pairs.write_pairs(people, points, model, output, chosen):
+        click.echo(json.dumps({"person": person.name, "left_out": str(error) if error else None}))
+
+
+@train.command("pagan", cls=options.Command, resumes=True)
+@click.option("--run", required=True, type=folder, help="Folder of the run; goes on where it was.")
+@click.option("--pairs", required=True, multiple=True, type=folder, help="Shards; may be repeated.")
+@click.option("--steps", type=click.IntRange(1), help="How many steps in all.")
+@click.option("--features", type=folder, help="Identity features, .safetensors.")
+@options.settings_of("pagan")
+def pagan(run, pairs, steps, features, settings):
+    """Train the generator on pairs from `bakery synth pairs` and `bakery train pairs`.
+
+    \b
+    bakery train pagan --run runs/one --pairs runs/real --pairs runs/painted --steps 20000
+    torchrun --nproc-per-node 4 -m -- bakery train pagan --run runs/one --pairs runs/painted
+
+    It computes on a GPU when there is one. A run that was stopped goes on from its checkpoint.
+    """
+    from bakery.train import pagan as training
+
+    options.may_go_on(run, marks=["options.json"])
+    chosen = options.training_options("pagan", settings, steps=steps)
+    network = None
+    if features:
+        from bakery.generators.identity import load_features
+
+        network = load_features(features)
+    for figures in training.train(run, pairs, chosen, network):
+        click.echo(json.dumps(figures))
+
+
+@train.command("pagan-export", cls=options.Command)
+@click.argument("runs", type=folder, nargs=-1, required=True)
+@click.option("-o", "--output", required=True, type=folder, help=".safetensors to write.")
+@options.overwrite
+def export_pagan(runs, output, overwrite):
+    """Pack the averaged weights of a run of `train pagan`, or the mean of several, as it ships."""
+    from bakery.train.pagan.export import export
+
+    options.may_write(output, overwrite)
+    click.echo(json.dumps(export(runs, output)))
+    options.wrote(output)
+
+
+train.add_command(closeups)
+train.add_command(identity)

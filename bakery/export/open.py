@@ -1,0 +1,31 @@
+"""A bundle from disk, ready to be played."""
+
+from pathlib import Path
+
+from bakery.errors import BundleError, ModelError
+from bakery.export import bundle as files
+from bakery.export import hostile
+from bakery.formats import record
+from bakery.heads.file import load_head
+from bakery.runtime.avatar import Avatar
+
+RIG = "head.npz"  # the person as a head model without identity modes, for the runtime
+
+
+def open_avatar(path):
+    """A bundle, ready to be played; it needs nothing but itself.
+
+    Raises:
+        BundleError: damaged.
+    """
+    manifest = files.read_manifest(path)
+    hostile.refuse(path, manifest)
+    files.read_file(path, manifest, RIG)  # is it what was written?
+    try:
+        head = load_head(Path(path) / RIG)
+    except ModelError as error:
+        raise BundleError(str(error)) from None
+    textures, masks = files.read_textures(path, manifest)
+    fit = record.fit_from_table(path, manifest["fit"])
+    photo = files.read_photo(path, manifest) if "photo" in manifest else None
+    return Avatar(head, head.mean, fit, textures, masks, photo)

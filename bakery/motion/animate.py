@@ -1,0 +1,256 @@
+"""A take played by an avatar: pictures in order, and the video or the files they become."""
+
+import os
+from collections import deque
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from bakery.errors import InputError
+from bakery.formats import video
+from bakery.formats.files import digest, write_bytes
+from bakery.formats.livelink import format_take
+from bakery.formats.sequence import png
+from bakery.formats.work import key_of, work_folder
+from bakery.geometry import camera as cameras
+from bakery.geometry import rotation
+from bakery.geometry.color import to_encoded
+from bakery.heads.base import gaze_of
+from bakery.parallel import side_by_side
+from bakery.runtime.player import Player
+from bakery.runtime.render import in_photo, over_photo, portrait_at
+from bakery.stages.condition import face_camera
+from bakery.stages.fit.gaze import LIMIT
+
+PART = 150  # frames that are encoded together, and lost together by an interruption
+FACE_SHARE = 0.6  # of the picture's height that the face takes, as `bakery render` shows it
+
+
+@dataclass(frozen=True)
+class Show:
+    """How a take is shown."""
+
+    view: str | tuple[float, float] = "front"  # "photo", "front" or (yaw, pitch) degrees
+    size: int = 512  # pixels of the longer side
+    rate: float | None = None  # frames a second; None is the take's own
+    first: int = 0  # frame of the take that is shown first
+    last: int | None = None  # one behind the last; None shows all
+    dynamic: bool = True  # whether expressions change the texture
+    hair: bool = True  # whether the hair layer is shown
+    film: bool = True  # a video: sides are even; else single pictures with alpha
+
+    def __post_init__(self):
+        if self.film and self.size % 2:
+            raise InputError(
+                f"--size {self.size}: videos have an even number of pixels; give {self.size - 1} or "
+                f"{self.size + 1}, or write PNG frames"
+            )
+
+
+def parse_frames(text):
+    """First frame and the one behind the last of "0:300", "100:" or ":50".
+
+    Raises:
+        InputError: not such a range.
+    """
+    first, colon, last = (text or ":").partition(":")
+    try:
+        first, last = int(first or 0), int(last) if last else None
+    except ValueError:
+        colon = ""
+    if not colon or first < 0 or (last is not None and last <= first):
+        raise InputError(f"--frames: '{text}'; give FIRST:LAST, counted from 0, as 0:300")
+    return first, last
+
+
+class Stage:
+    """An avatar and a take, ready to give any frame."""
+
+    def __init__(self, avatar, take, show):
+        """
+        Raises:
+            InputError: the range holds no frame, or the photo is wanted and not in the bundle.
+        """
+        if show.view == "photo" and avatar.photo is None:
+            raise InputError("--view photo: the bundle keeps no photo; build it with --keep-photo")
+        self.avatar, self.show = avatar, show
+        self.rate = show.rate or take.rate
+        whole = int(np.floor(take.seconds[-1] * take.rate + 1e-6)) + 1
+        last = whole if show.last is None else min(show.last, whole)
+        if show.first >= last:
+            raise InputError(f"--frames: the take has {whole} frames; begin below that")
+        # The same seconds whatever the rate: frames are those of the take, and lie on one grid.
+        self.first, end = (
+            int(np.ceil(frame * self.rate / take.rate - 1e-6)) for frame in (show.first, last)
+        )
+        self.count = end - self.first
+        if not self.count:
+            raise InputError(
+                f"--frames: too few for --fps {self.rate:g}; give more, or raise --fps"
+            )
+        self.weights, self.head, eyes = take.at(np.arange(self.first, end) / self.rate)
+        gaze = (
+            np.array([gaze_of(weights).mean(0) for weights in self.weights])
+            if eyes is None
+            else eyes.mean(1)
+        )
+        self.gaze = np.clip(gaze, -LIMIT, LIMIT)
+        self.player = Player(avatar, show.hair)
+        self.camera = self._camera()
+        self.background = None
+        if show.view == "photo":
+            self.portrait, self.background = portrait_at(avatar, self.camera)
+            self.source = in_photo(self.portrait)
+
+    def _camera(self):
+        avatar, show, size = self.avatar, self.show, self.show.size
+        if show.view != "photo":
+            yaw, pitch = (0.0, 0.0) if show.view == "front" else show.view
+            return face_camera(
+                avatar.fit, avatar.head, avatar.neutral, yaw, pitch, size, FACE_SHARE
+            )
+        camera = avatar.fit.camera
+        scale, step = size / max(camera.width, camera.height), 2 if show.film else 1
+        width, height = (
+            max(round(n * scale / step) * step, step) for n in (camera.width, camera.height)
+        )
+        return cameras.crop(camera, 0, 0, width, height, scale)
+
+    def camera_of(self, index):
+        """The camera of a frame: the head's motion is the camera's, seen from the head.
+
+        The photo's own view stays as it is: its background cannot turn.
+        """
+        if self.show.view == "photo" or not self.head[index].any():
+            return self.camera
+        turn = rotation.yaw_pitch_roll(*self.head[index])
+        points = self.avatar.head.landmarks(self.avatar.neutral)[:468]
+        pivot = np.array([0.0, *points[:, 1:].mean(0)])
+        still = rotation.matrix(self.camera.rotation)
+        where = cameras.to_camera(pivot, self.camera)
+        turned = still @ turn
+        return replace(
+            self.camera, rotation=rotation.vector(turned), translation=where - turned @ pivot
+        )
+
+    def picture(self, work, index):
+        """Frame `index` of those shown: [H, W, 3] uint8 sRGB; with alpha, [H, W, 4], where it is
+        a single picture of the head alone.
+        """
+        expression, gaze = self.weights[index], self.gaze[index]
+        camera, dynamic = self.camera_of(index), self.show.dynamic
+        if self.background is None and self.show.film:
+            return self.player.picture(work, camera, expression, gaze, dynamic)
+        frame = self.player.frame(work, camera, expression, gaze, dynamic)
+        if self.background is None:
+            return cut_out(frame)
+        vertices = self.avatar.neutral.copy()  # the hidden ones rest: nobody sees them
+        vertices[self.player.used] = self.player.vertices(expression, gaze)
+        over = over_photo(self.portrait, frame, vertices, self.background, self.source)
+        return _bytes(to_encoded(over))
+
+    def pictures(self, indices, finish=lambda picture: picture):
+        """Yield `finish` of the pictures of some frames in order, made side by side."""
+        free = deque()
+
+        def draw(index):
+            try:
+                work = free.pop()
+            except IndexError:  # one for each thread, then no more
+                work = self.player.workspace(self.camera.width, self.camera.height)
+            try:
+                return finish(self.picture(work, index))
+            finally:
+                free.append(work)
+
+        return side_by_side(draw, indices)
+
+
+def cut_out(frame):
+    """A render.Frame without what is behind it: [H, W, 4] uint8 sRGB, not multiplied by alpha."""
+    alpha = frame.alpha[..., None]
+    straight = np.divide(frame.color, alpha, out=np.zeros_like(frame.color), where=alpha > 0)
+    return _bytes(np.dstack([to_encoded(np.clip(straight, 0, 1)), np.clip(alpha, 0, 1)]))
+
+
+def _bytes(picture):
+    return (picture * 255 + 0.5).astype(np.uint8)
+
+
+def write_video(avatar, take, show, output, note, key, sound=None, progress=None, work=None):
+    """Play a take into a video file; an interrupted one goes on where it stopped.
+
+    Args:
+        avatar: runtime.avatar.Avatar; take: formats.livelink.Take; show: Show.
+        output: .mp4 or .webm; replaced when complete.
+        note: formats.video.Note.
+        key: what the bundle and the program are, for telling finished parts from stale ones.
+        sound: clip whose sound is laid under it, or None.
+        progress: called with (step, done, total).
+        work: folder for finished parts, kept; None uses a hidden one and clears it.
+
+    Raises:
+        InputError: the ending, the range or the sound cannot be used.
+    """
+    kind = video.kind_of(output)
+    heard = None if sound is None else video.read_sound(sound, kind)
+    stage = Stage(avatar, take, show)
+    key = key_of(key, digest(format_take(take)), asdict(show), kind)
+    progress = progress or (lambda step, done, total: None)
+    with work_folder(output, work) as kept:
+        parts = []
+        for first in range(0, stage.count, PART):
+            indices = range(first, min(first + PART, stage.count))
+
+            def counted(indices=indices):
+                for index, picture in zip(indices, stage.pictures(indices)):
+                    progress("animate", index, stage.count)
+                    yield picture
+
+            name = f"{first:08d}"
+            kept.step(
+                name, key, lambda: video.encode(counted(), kind, stage.rate), lambda data: None
+            )
+            parts.append(kept.folder / name)
+            progress("animate", indices[-1] + 1, stage.count)
+        size = (stage.camera.width, stage.camera.height)
+        start = stage.first / stage.rate
+        video.join(output, parts, kind, stage.rate, size, note, heard, start)
+    return stage
+
+
+def write_frames(avatar, take, show, sequence, note, key, progress=None, work=None):
+    """Play a take into PNG files; an interrupted run goes on where it stopped.
+
+    A frame has the number that it has in the whole take at this rate, from 0. They appear when all
+    are drawn; frames of the same name that were there before are gone then.
+
+    Args:
+        sequence: formats.sequence.Sequence; the others as in `write_video`.
+
+    Raises:
+        InputError: the range cannot be used, or the disk is full.
+    """
+    show = replace(show, film=False)
+    stage = Stage(avatar, take, show)
+    key = key_of(key, digest(format_take(take)), asdict(show), asdict(note), "png")
+    progress = progress or (lambda step, done, total: None)
+    with work_folder(sequence.path(0), work) as kept:
+        names = [f"{stage.first + index:08d}.png" for index in range(stage.count)]
+        left = [index for index, name in enumerate(names) if kept.get(name, key) is None]
+        pictures = stage.pictures(left, lambda picture: png(picture, note))
+        progress("animate", stage.count - len(left), stage.count)
+        for done, (index, data) in enumerate(zip(left, pictures), stage.count - len(left) + 1):
+            kept.put(names[index], key, data)
+            progress("animate", done, stage.count)
+        older = set(sequence.found())
+        for index, name in enumerate(names):
+            path = sequence.path(stage.first + index)
+            older.discard(path)
+            if work is None:
+                os.replace(kept.folder / name, path)
+            else:
+                write_bytes(path, (kept.folder / name).read_bytes())
+        for path in older:
+            path.unlink()
+    return stage

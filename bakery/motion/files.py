@@ -1,0 +1,96 @@
+"""What `bakery animate`, `track` and `retarget` do over files."""
+
+from dataclasses import replace
+
+from bakery import __version__
+from bakery.errors import FitError, InputError
+from bakery.export import bundle as files
+from bakery.export.open import open_avatar
+from bakery.formats.files import digest_file
+from bakery.formats.livelink import format_take, read_take
+from bakery.formats.place import MANIFEST
+from bakery.formats.sequence import Sequence
+from bakery.formats.video import Clip, Note
+from bakery.heads.file import load_head
+from bakery.motion.animate import write_frames, write_video
+from bakery.motion.retarget import parse_gain, retarget
+from bakery.motion.track import follow, track
+from bakery.plugins import plug_in
+
+MOSTLY = 0.9  # share of the frames that a clip promises, roughly, which are not missed
+
+__all__ = ["animate", "format_take", "note_of", "retargeted", "tracked"]
+
+
+def retargeted(curves, gain=(), neutral=None, base=None):
+    """A take from a file, changed as --gain and --neutral say; `base` as in `read_take`."""
+    return retarget(read_take(curves, base), parse_gain(gain), neutral)
+
+
+def tracked(clip, head="makehuman", gain=(), neutral=None, progress=None):
+    """The take of a clip, changed as --gain and --neutral say.
+
+    Args:
+        clip: video file.
+        head: head model, name or file.
+        progress: called with (step, done, total).
+
+    Raises:
+        InputError: no video, or no face in it; FitError: the face is too small.
+    """
+    video, factors, model = Clip(clip), parse_gain(gain), load_head(head)
+    show = progress or (lambda step, done, total: None)
+    try:
+        followed = follow(
+            video.frames(), plug_in("detectors", "network"),
+            progress=lambda done: show("follow", done, max(video.count, done)),
+        )  # fmt: skip
+        count = len(followed.seconds)
+        take = track(followed, model, progress=lambda done: show("fit", done, count))
+    except (InputError, FitError) as error:
+        raise type(error)(f"{clip}: {str(error).removeprefix(f'{clip}: ')}") from None
+    if count < MOSTLY * video.count:
+        note = f"{count} of about {video.count} frames can be read; the clip may be damaged"
+        take = replace(take, notes=(note, *take.notes))
+    return retarget(take, factors, neutral)
+
+
+def note_of(manifest):
+    """What a video of an avatar says about itself."""
+    return Note(
+        "Synthetic media: an animated avatar of a person, made by bakery "
+        f"{__version__}; not a recording of this person.",
+        manifest["provenance"]["digitalSourceType"],
+    )
+
+
+def animate(
+    bundle, curves, output, show, gain=(), neutral=None, sound=None, progress=None, work=None,
+    base=None,
+):  # fmt: skip
+    """Play a take with a bundle into a video, or into PNG files.
+
+    Args:
+        bundle: folder; curves: take; sound: clip or None.
+        output: path of a video, or formats.sequence.Sequence.
+        show: motion.animate.Show.
+        gain, neutral: see `motion.retarget`; base: see `formats.livelink.read_take`.
+        progress: called with (step, done, total).
+        work: folder for finished parts that is kept.
+
+    Returns:
+        the Take as read, and the motion.animate.Stage that played it.
+
+    Raises:
+        BakeryError: what the user can mend.
+    """
+    take = retargeted(curves, gain, neutral, base)
+    manifest = files.read_manifest(bundle)
+    avatar = open_avatar(bundle)
+    key = [__version__, digest_file(bundle / MANIFEST)]
+    note = note_of(manifest)
+    if isinstance(output, Sequence):
+        if sound is not None:
+            raise InputError("--sound: pictures carry none; drop it, or write a video")
+        return take, write_frames(avatar, take, show, output, note, key, progress, work)
+    return take, write_video(avatar, take, show, output, note, key, sound, progress, work)

@@ -1,0 +1,65 @@
+"""Cameras that hold the whole head, from whatever side it is seen."""
+
+import numpy as np
+
+from bakery.geometry import camera as cameras
+from bakery.heads.base import HeadModel, weights
+from bakery.landmarks import CHIN
+from bakery.stages.condition import SIZE
+from bakery.types import Camera, Fit
+
+MARGIN = 1.06  # of the ball around the head, for lashes, lips that are pushed out and air
+
+
+def head_ball(head: HeadModel, neutral: np.ndarray) -> tuple[np.ndarray, float]:
+    """A ball around the head without its neck, the jaw dropped or not.
+
+    Args:
+        neutral: [V, 3] mm.
+
+    Returns:
+        its centre [3] and its radius, mm, head space.
+    """
+    skin = head.part_vertices("skin")
+    chin = head.landmarks(neutral)[CHIN, 1].min()
+    dropped = head.vertices(neutral, weights({"jawOpen": 1.0}))
+    points = np.concatenate(
+        [neutral[skin][neutral[skin, 1] > chin], head.landmarks(dropped)[CHIN]]
+    ).astype(np.float64)
+    center = (points.min(0) + points.max(0)) / 2
+    return center, float(np.linalg.norm(points - center, axis=1).max())
+
+
+def head_camera(
+    fit: Fit,
+    head: HeadModel,
+    neutral: np.ndarray,
+    yaw: float = 0.0,
+    pitch: float = 0.0,
+    size: int = SIZE,
+) -> Camera:
+    """A camera with the photo's lens and distance that holds the whole head, upright and centred.
+
+    The head turns about the middle of its ball, so that all views show it at one scale and in one
+    place, as a turntable does.
+
+    Args:
+        fit: of the photo.
+        neutral: [V, 3] mm.
+        yaw, pitch: degrees the head turns to the subject's left and up.
+        size: pixels a side.
+    """
+    center, radius = head_ball(head, neutral)
+    straight = cameras.view(fit.camera, 0.0, 0.0, center)
+    x, y, z = cameras.to_camera(center, straight)
+    edges = []
+    for aside, principal in ((x, straight.center[0]), (-y, straight.center[1])):
+        # The two planes through the camera that touch the ball.
+        middle = np.arctan2(aside, -z)
+        half = np.arcsin(min(MARGIN * radius / np.hypot(aside, z), 0.9))
+        edges.append(principal + straight.focal * np.tan([middle - half, middle + half]))
+    low, high = np.transpose(edges)
+    scale = size / (high - low).max()
+    corner = (low + high) / 2 - size / 2 / scale
+    framed = cameras.crop(straight, *corner, size, size, scale)
+    return cameras.view(framed, yaw, pitch, center)

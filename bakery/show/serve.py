@@ -1,0 +1,101 @@
+"""A local server of one page that loads itself again when its bundle was baked again."""
+
+import hashlib
+import logging
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from threading import Lock
+
+from bakery.errors import BakeryError, InputError
+from bakery.formats.files import read_bytes
+from bakery.formats.place import MANIFEST
+from bakery.show.page import page
+
+log = logging.getLogger(__name__)
+HOST = "127.0.0.1"  # nobody else on the network sees the avatar
+
+
+class Shown:
+    """The newest good page of a bundle; a bake that is under way does not disturb it."""
+
+    def __init__(self, folder, derive=None):
+        self.folder, self.derive = Path(folder), derive
+        self.lock = Lock()  # each request has a thread of its own
+        self.token, self.content = None, None
+        self.refresh()
+
+    def refresh(self) -> tuple[str, bytes]:
+        """Read the bundle again if its manifest changed; the first time, errors are raised.
+
+        Returns:
+            token of the state, and the page of the same state.
+        """
+        with self.lock:
+            try:
+                token = hashlib.sha256(read_bytes(self.folder / MANIFEST)).hexdigest()[:16]
+                if token != self.token:
+                    self.content = page(self.folder, watch=token, derive=self.derive)
+                    self.token = token
+            except BakeryError as error:
+                if self.content is None:
+                    raise
+                log.warning("%s: still showing the last one (%s)", self.folder, error)
+            return self.token, self.content
+
+
+class Server(ThreadingHTTPServer):
+    """A server that says nothing about readers who went away."""
+
+    def handle_error(self, request, client_address):
+        log.debug("a request failed", exc_info=True)
+
+
+def make_server(folder, port, derive=None):
+    """A server for one bundle on this machine; call `serve_forever`.
+
+    Args:
+        folder: the bundle.
+        port: 0 takes any free one.
+        derive: see `page.page`.
+
+    Raises:
+        BundleError: something is wrong with the bundle.
+        InputError: the port is taken.
+    """
+    shown = Shown(folder, derive)
+
+    class Handler(BaseHTTPRequestHandler):
+        """Two addresses: the page, and the token of its state."""
+
+        def do_GET(self):
+            host = self.headers.get("Host", "").rsplit(":", 1)[0]
+            if host not in (HOST, "localhost"):  # a foreign name that was made to lead here
+                self.send_error(403)
+                return
+            if self.path not in ("/", "/version"):
+                self.send_error(404)
+                return
+            token, data = shown.refresh()
+            kind = "text/html; charset=utf-8"
+            if self.path == "/version":
+                kind, data = "text/plain; charset=utf-8", token.encode()
+            self.send_response(200)
+            self.send_header("Content-Type", kind)
+            self.send_header("Content-Length", str(len(data)))
+            self.send_header("Cache-Control", "no-store")
+            self.send_header("X-Content-Type-Options", "nosniff")
+            self.end_headers()
+            if self.command != "HEAD":
+                self.wfile.write(data)
+
+        do_HEAD = do_GET
+
+        def log_message(self, text, *values):
+            log.debug(text, *values)
+
+    try:
+        return Server((HOST, port), Handler)
+    except OSError as error:
+        raise InputError(
+            f"port {port}: cannot be used ({error.strerror}); give another --port"
+        ) from None

@@ -1,0 +1,100 @@
+"""The albedo basis: low-frequency skin reflectance on a chart that every head model shares.
+
+The chart is a cylinder around the head (angle and height), bent so that the 468 landmarks of any
+head model fall where they lay on the head that the basis was learned with. So the basis outlives
+changes of a head's topology and serves every head model.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from bakery import landmarks as marks
+from bakery.errors import ModelError
+from bakery.geometry.sample import bilinear
+from bakery.paths import ASSETS
+from bakery.stages.fit.warp import kernel, opened
+
+FILE = ASSETS / "albedo" / "albedo.safetensors"
+AXIS = -75.0  # mm, z of the cylinder's axis, behind the eyes
+ANGLE = np.radians(80.0)  # half the chart's width
+TOP, BOTTOM = 90.0, -105.0  # mm, the chart's height
+
+
+@dataclass(frozen=True)
+class AlbedoBasis:
+    """Mean and modes of skin albedo, linear Rec.709."""
+
+    mean: np.ndarray  # [S, S, 3] float32
+    modes: np.ndarray  # [A, S, S, 3] float32, for one standard deviation
+    layout: np.ndarray  # [468, 2] where the landmarks lie on the chart, 0..1
+    light: np.ndarray  # [9, 3] light of the studio it was learned in, a first guess elsewhere
+
+
+@lru_cache(maxsize=4)
+def load_albedo(path=FILE):
+    """Read an AlbedoBasis.
+
+    Raises:
+        ModelError: the file is missing or damaged.
+    """
+    from safetensors import SafetensorError
+    from safetensors.numpy import load_file
+
+    try:
+        arrays = load_file(path)
+        return AlbedoBasis(
+            **{key: arrays[key].astype(np.float32) for key in ("mean", "modes", "layout", "light")}
+        )
+    except (OSError, SafetensorError, KeyError) as error:
+        raise ModelError(
+            f"albedo basis {path} cannot be read ({error}); reinstall bakery"
+        ) from error
+
+
+def cylinder(points):
+    """Chart coordinates [.., 2] in 0..1 (angle, height; origin top left) of head space [.., 3]."""
+    angle = np.arctan2(points[..., 0], points[..., 2] - AXIS)
+    return np.stack([(angle / ANGLE + 1) / 2, (TOP - points[..., 1]) / (TOP - BOTTOM)], -1)
+
+
+def chart(head, layout):
+    """Chart coordinates [V, 2] of every vertex of a head: its landmarks fall on the layout."""
+    mean = head.mean.astype(np.float64)
+    apart = opened(head)  # lips and lids of the chart must not mix
+    corners = head.landmark_vertices[: marks.FACE]
+    weight = head.landmark_barycentric[: marks.FACE].astype(np.float64)
+
+    def at_landmarks(values):
+        return np.einsum("lkc,lk->lc", values[corners], weight)
+
+    miss = layout - cylinder(at_landmarks(mean))
+    points = at_landmarks(apart)
+    gram = kernel(points, points) + 1e-2 * np.eye(marks.FACE)
+    weight = np.linalg.solve(gram, miss).astype(np.float32)
+    return cylinder(mean) + kernel(apart.astype(np.float32), points) @ weight
+
+
+def vertex_chart(head, basis):
+    """`chart` of a head on a basis's layout, computed once and kept on the head."""
+    kept = head.__dict__.get("_vertex_chart")
+    if kept is None or kept[0] is not basis:
+        kept = head.__dict__["_vertex_chart"] = (basis, chart(head, basis.layout))
+    return kept[1]
+
+
+def vertex_albedo(head, basis):
+    """The basis at the vertices of a head, computed once and kept on it.
+
+    Returns:
+        mean [V, 3] and modes [A, V, 3], linear. Only skin means anything.
+    """
+    kept = head.__dict__.get("_vertex_albedo")
+    if kept is None or kept[0] is not basis:
+        size = basis.mean.shape[0]
+        points = np.clip(vertex_chart(head, basis), 0, 1) * size
+        mean = bilinear(basis.mean, points)
+        modes = np.stack([bilinear(mode, points) for mode in basis.modes])
+        kept = head.__dict__["_vertex_albedo"] = (basis, mean, modes)
+    return kept[1:]

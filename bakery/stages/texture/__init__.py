@@ -1,0 +1,22 @@
+"""Pictures to textures: T_0 of the photo, and what the generator painted, unwrapped onto the atlas.
+
+`neutral` makes T_0 with eyes, lids and hair; `keys`, `gaze` and `mouth` unwrap what was generated.
+"""
+
+from dataclasses import dataclass
+
+from bakery.settings import Settings, setting
+
+VIEWS = (0.0, 40.0, -40.0)  # degrees of yaw that each key expression is painted from
+
+
+@dataclass(frozen=True)
+class TextureOptions(Settings):
+    """What to bake."""
+
+    resolution: int = setting(1024, "side of the textures", 512, 4096, unit="texels")
+    views: tuple[float, ...] = setting(
+        VIEWS, "yaw of each view that key expressions are painted from", -60, 60,
+        unit="degrees", count=(1, 9),
+    )  # fmt: skip
+    mouths: int = setting(300, "mouth poses that are baked", 1, 300)

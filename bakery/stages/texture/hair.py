@@ -1,0 +1,191 @@
+"""Hair as a layer of its own over the skin: the photo's where it shows any, continued over the scalp."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from bakery.geometry.color import LUMA
+from bakery.geometry.fill import diffuse, smoothstep
+from bakery.geometry.noise import value_noise
+from bakery.geometry.sample import bilinear
+from bakery.heads.scalp import scalp
+from bakery.landmarks import CHIN, OVAL, face_size
+from bakery.stages.atlas import soften, uv_polygon
+from bakery.stages.segment import BACKGROUND, CLOTHES, GLASSES, HAIR, HIDDEN, SKIN
+
+HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
+SHOWN_STRIP = (0.18, 0.13)  # the layer shows none, all: wider, so that nothing gapes between both
+HALO = (0.015, 0.04)  # of the eye distance, from the background: its light is on what is nearer
+SPECK = 0.04  # of the eye distance, side of the largest hole in hair that is taken for a mistake
+JAW = 20.0  # mm above the chin, where the layer has gone
+POCKETS = 0.25  # of the eye distance, from the background: how far between strands it is seen
+LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
+ON_SCALP = (89.0, 82.0)  # degrees: the photo says nothing beyond the first, all below the second
+ON_SKIN = (89.0, 82.0)  # the same off the scalp, where hair hangs before the skin, not on it
+BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
+SQUARE = (80.0, 75.0)  # degrees: hair that is seen so well hangs before the skin, not behind it
+BARE = (89.0, 80.0)  # the same for the strip of skin beside hair, which darkens towards its edge
+CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
+
+
+@dataclass(frozen=True)
+class Cover:
+    """What of a photo goes onto the head, and what never does: layers [H, W] float32 0..1."""
+
+    skin: np.ndarray  # may be unwrapped as skin
+    hair: np.ndarray
+    strip: np.ndarray  # skin too near to hair to be taken as such; shown together with the hair
+    before: np.ndarray  # glasses, or what else hides the face
+
+
+def cover_of(encoded, segmentation, points):
+    """Divide a photo into skin, hair and the strip between them.
+
+    Along the hair lie its shadow and loose strands. Left in the skin they are a dark line along the
+    hairline of the bald head (PITFALLS 10).
+
+    Args:
+        encoded: [H, W, 3] sRGB-encoded photo.
+        segmentation: of the photo.
+        points: [L, 2] pixels.
+    """
+    hair = segmentation.labels == HAIR
+    away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
+    taken = smoothstep(*HAIR_STRIP, away) if hair.any() else np.ones(hair.shape)
+    shown = smoothstep(*SHOWN_STRIP, away) if hair.any() else np.zeros(hair.shape)
+    around = np.isin(segmentation.labels, (BACKGROUND, CLOTHES))
+    behind = _large(around, (SPECK * face_size(points)) ** 2)
+    off = cv2.distanceTransform((~behind).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
+    clear = smoothstep(*HALO, off) if behind.any() else np.ones(hair.shape)
+    hair = hair * (1 - _pockets(encoded, segmentation.labels, off))
+    strip = shown * ((segmentation.labels == SKIN) | (around & ~behind))
+    before = np.isin(segmentation.labels, (GLASSES, HIDDEN))
+    layers = (segmentation.skin * taken, hair * clear, strip * clear, before)
+    return Cover(*(x.astype(np.float32) for x in layers))
+
+
+def _pockets(encoded, labels, off):
+    """How surely a pixel of hair [H, W] is background that shows between strands, 0..1.
+
+    Args:
+        off: [H, W] distance from the background, in eye distances.
+    """
+    both = [labels == label for label in (BACKGROUND, HAIR)]
+    nothing = np.zeros(labels.shape, np.float32)
+    if not all(where.any() for where in both):
+        return nothing
+    colors = [np.median(encoded[where], 0) for where in both]
+    if np.linalg.norm(colors[0] - colors[1]) < 0.2:  # too alike to tell apart
+        return nothing
+    behind, hair = (np.linalg.norm(encoded - color, axis=-1) for color in colors)
+    return smoothstep(0.45, 0.25, behind / (behind + hair + 1e-6)) * (off < POCKETS)
+
+
+def _large(mask, area):
+    """The parts of a boolean mask [H, W] that have more than `area` pixels."""
+    _, number, found, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
+    return mask & (found[:, cv2.CC_STAT_AREA] > area)[number]
+
+
+def hair_layer(linear, cover, head, atlas, sight):
+    """What lies over the skin of the head.
+
+    Args:
+        linear: [H, W, 3] float32 photo.
+        cover: Cover of the photo.
+        atlas: Atlas of the head's skin.
+        sight: Sight of that atlas through the photo's camera.
+
+    Returns:
+        [T, T, 4] float32, linear, colour multiplied by alpha.
+    """
+    pixels = sight.pixels
+    inside = atlas.paint(np.ones(len(pixels), np.float32))
+    growth = atlas.paint(atlas.at(scalp(head)[:, None])[:, 0])
+    here, bare, edge = (bilinear(m, pixels) for m in (cover.hair, cover.skin, cover.strip))
+    on_head = _above_the_neck(head, atlas)
+    here, edge = here * on_head, edge * on_head
+    # Background that a skull too large shows is no proof of a bald head.
+    proof = smoothstep(0.3, 0.9, here + edge + bare)
+    on_scalp, on_skin, on_bare = (
+        soften(atlas.paint(sight.weight(*limits) * proof), inside, blur)
+        for limits, blur in ((ON_SCALP, 1 / 400), (ON_SKIN, 1 / 400), (BARE, 1 / 120))
+    )
+    seen = on_skin + growth * (on_scalp - on_skin)
+    color = atlas.paint(bilinear(linear, pixels))
+    here, edge = atlas.paint(here), atlas.paint(edge)
+    lost = _behind(here, np.maximum(growth, atlas.paint(sight.weight(*SQUARE))))
+    here, edge = here * (1 - lost), edge * (1 - lost)
+    shown = np.clip(seen * here + on_bare * edge, 0, 1)
+
+    lock = here * seen
+    if lock.sum() < 1e-4 * len(pixels):
+        return np.concatenate([color, np.ones_like(color[..., :1])], -1) * shown[..., None]
+    # Unseen scalp has hair if the scalp that was seen nearest to it has: thin hair stays thin.
+    grown = diffuse(here[..., None], np.minimum(on_scalp, growth + 0.02))
+    unseen = (1 - seen) * growth * smoothstep(0.35, 0.65, both_sides(grown, seen))[..., 0]
+    sure = cv2.erode((lock > 0.9).astype(np.float32), np.ones((5, 5), np.uint8)) * growth
+    dark = np.log(np.maximum(color, 1e-3))  # dark hair stays dark beside its highlights
+    smooth = np.exp(both_sides(diffuse(dark, sure if sure.any() else lock), seen))
+    made = smooth * np.exp(atlas.paint(_locks(head, atlas, color, sure)))[..., None]
+    # What hangs before temples and cheeks does not end with the view: it fades out beyond it.
+    fade = np.clip(2 * cv2.GaussianBlur(shown, (0, 0), atlas.size / BESIDE), 0, 1)
+    fade *= (
+        np.maximum(1 - seen - unseen, 0) * inside * (1 - uv_polygon(head, OVAL, 0.8, atlas.size))
+    )
+    near = np.exp(diffuse(dark, shown))
+    layers = ((color, shown), (made, unseen), (near, fade))
+    total = sum(colors * alpha[..., None] for colors, alpha in layers)
+    alpha = sum(alpha for _, alpha in layers)[..., None]
+    # Where two layers meet, their blurs may add up to more than all.
+    return np.concatenate([total, alpha], -1) / np.maximum(alpha, 1)
+
+
+def _behind(here, rooted):
+    """Where hair [T, T] is of patches that the rim of the face alone shows, 0 or 1.
+
+    Such a patch hangs behind the jaw, and the outline of the fitted head reaches over it.
+
+    Args:
+        rooted: [T, T], 1 where hair grows or is seen well enough to lie before the skin.
+    """
+    _, patch = cv2.connectedComponents((here > 0.3).astype(np.uint8))
+    held = np.unique(patch[rooted > 0.5])
+    lost = ((patch > 0) & ~np.isin(patch, held)).astype(np.float32)
+    return cv2.dilate(lost, np.ones((5, 5)))
+
+
+def _above_the_neck(head, atlas):
+    """1 on the head, 0 on the neck, [N]: hair on the neck hangs from the head, which turns alone."""
+    chin = head.landmarks(head.mean)[CHIN, 1].mean()
+    return smoothstep(chin, chin + JAW, atlas.at(head.mean)[:, 1])
+
+
+def both_sides(values, seen):
+    """Values [T, T, C] that agree with their mirror image where neither side was seen.
+
+    What is continued around the head from left and right meets at the back without a seam.
+    """
+    far = 1 - cv2.GaussianBlur(np.maximum(seen, seen[:, ::-1]), (0, 0), seen.shape[0] / 40)
+    middle = (values + values[:, ::-1]) / 2
+    return values + far[..., None] * (middle - values)
+
+
+def _locks(head, atlas, color, sure):
+    """Log-brightness [n] of locks that run down from the crown, as strong as those in the photo."""
+    points = atlas.at(head.mean)
+    out = points - [0.0, points[:, 1].max() - 95, points[:, 2].mean()]
+    radius = np.linalg.norm(out, axis=1)
+    down = np.arccos(np.clip(out @ CROWN / radius, -1, 1))
+    around = np.arctan2(out[:, 0], -out[:, 1] * CROWN[2] + out[:, 2] * CROWN[1])
+    ring = radius * np.sin(np.clip(down, 0.3, np.pi))
+    width, length = LOCK
+    places = np.stack(
+        [np.cos(around) * ring / width, np.sin(around) * ring / width, down * radius / length], 1
+    )
+    gray = np.log(np.maximum(color @ LUMA, 1e-3))
+    fine = gray - cv2.GaussianBlur(gray, (0, 0), 4)
+    inner = cv2.erode(sure, np.ones((9, 9), np.uint8)) > 0
+    energy = min(float(np.std(fine[inner])), 0.5) if inner.any() else 0.1
+    return np.float32(energy) * value_noise(places, 1.0, 7)

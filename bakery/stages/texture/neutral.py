@@ -1,0 +1,115 @@
+"""T_0: the neutral texture of one person, with eyes, lids and hair, from one fitted photo."""
+
+from dataclasses import dataclass, fields, replace
+
+import cv2
+import numpy as np
+
+from bakery.generators.base import Subject
+from bakery.geometry import camera as cameras
+from bakery.geometry import rotation
+from bakery.geometry.color import to_linear
+from bakery.landmarks import FACE
+from bakery.stages.atlas import make_atlas, make_view, see
+from bakery.stages.condition import condition
+from bakery.stages.face_frame import head_photo
+from bakery.stages.texture.complete import PAINTED, complete_skin
+from bakery.stages.texture.eyes import eye_maps, paint_eyes
+from bakery.stages.texture.hair import Cover, hair_layer
+from bakery.stages.texture.interior import paint_interior
+from bakery.stages.texture.lashes import lay_lashes
+from bakery.stages.texture.lids import lid_skin
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """One person before any expression is painted."""
+
+    subject: Subject
+    source: np.ndarray  # [T, T] uint8, codes of texture_complete
+    facing: np.ndarray  # [T, T] float32 0..1
+    hair: np.ndarray  # [T, T, 4] float32 linear, colour multiplied by alpha
+
+
+def prepare(photo, landmarks, fit, neutral, head, cover, resolution, hair=hair_layer):
+    """Complete T_0, the eyes and the hair of one person.
+
+    Args:
+        photo: Photo.
+        landmarks: Landmarks of the face in it.
+        fit: Fit of the same photo.
+        neutral: [V, 3] mm, the fitted neutral shape with its residual warp.
+        cover: Cover of the photo.
+        resolution: T.
+        hair: what makes the hair, as `hair.base.Hair.layer`.
+
+    Returns:
+        Prepared.
+    """
+    atlas = make_atlas(head, resolution)
+    vertices = head.vertices(neutral, fit.expression, fit.gaze)
+    image, cover, points, local = _cut_out(
+        photo, cover, landmarks.points, fit, head, vertices, resolution
+    )
+    on_skin = atlas.take("skin")
+    sight = see(on_skin, make_view(vertices, head, local.camera, edge=0.75))
+    skin = complete_skin(image, cover, points, local, head, vertices, on_skin, sight)
+    blank = np.zeros((8, 8, 3), np.float32)
+    drawn = condition(head, neutral, blank, fit.expression, fit.gaze, local.camera)
+    eyes = eye_maps(
+        image, cover.before, points, local, head, vertices, drawn.part, drawn.depth, skin.tone
+    )
+    texture = skin.color.reshape(-1, 3)
+    source = skin.source.reshape(-1)
+    sclera = eyes.ball[:, 128, :].reshape(-1, 3)  # the horizontal meridian of both balls
+    white = np.percentile(sclera, 75, axis=0)
+    for rows, colors in (
+        paint_eyes(eyes, head, neutral, atlas),
+        paint_interior(head, neutral, atlas, white, skin.tone),
+    ):
+        texture[atlas.index[rows]] = colors
+        source[atlas.index[rows]] = PAINTED
+    texture = atlas.fill_gutter(texture.reshape(resolution, resolution, 3))
+    lids = lid_skin(head, neutral, texture, atlas)
+    turn = rotation.matrix(fit.camera.rotation)
+    over = atlas.fill_gutter(hair(image, cover, head, on_skin, sight))
+    return Prepared(
+        Subject(
+            head,
+            neutral,
+            texture,
+            eyes,
+            lids,
+            fit.light,
+            turn,
+            head_photo(photo.encoded, landmarks.points, fit, head, neutral),
+        ),
+        source.reshape(resolution, resolution),
+        skin.facing,
+        lay_lashes(over, texture, head, white),
+    )
+
+
+def _cut_out(photo, cover, points, fit, head, vertices, resolution):
+    """The head out of the photo, no finer than the atlas can hold.
+
+    Returns:
+        linear image, its Cover, landmarks [L, 2] and Fit, all in its own pixels.
+    """
+    pixels = cameras.project(vertices[head.part_vertices("skin")], fit.camera)
+    face = cameras.project(head.landmarks(vertices)[:FACE], fit.camera)
+    low = np.maximum(np.floor(pixels.min(0)) - 8, 0)
+    high = np.minimum(np.ceil(pixels.max(0)) + 8, [photo.encoded.shape[1], photo.encoded.shape[0]])
+    # A face takes about half of the atlas's side; 1.2 pixels a texel lose nothing when sampled.
+    scale = min(1.0, 1.2 * 0.55 * resolution / max(np.ptp(face[:, 1]), 1))
+    x0, y0, x1, y1 = *low.astype(int), *high.astype(int)
+
+    def shrink(part):
+        # By the very scale of the camera: to whole pixels a side, the far end lies a pixel beside.
+        area = cv2.INTER_AREA
+        return cv2.resize(part, None, fx=scale, fy=scale, interpolation=area) if scale < 1 else part
+
+    linear = shrink(to_linear(photo.encoded[y0:y1, x0:x1]))
+    camera = cameras.crop(fit.camera, x0, y0, linear.shape[1], linear.shape[0], scale)
+    layers = Cover(*(shrink(getattr(cover, f.name)[y0:y1, x0:x1]) for f in fields(Cover)))
+    return linear, layers, (points - [x0, y0]) * scale, replace(fit, camera=camera)

@@ -1,0 +1,52 @@
+"""The texture step: what is told of ahead, what is kept, what a plug-in may give back."""
+
+import threading
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bakery.bake import textures
+from bakery.bake.options import BuildOptions
+from bakery.errors import ModelError
+from bakery.hair.layer import HairLayer
+from bakery.stages.generate import generate
+from bakery.types import Generated
+
+
+def test_a_generator_that_can_gets_ready_while_the_neutral_is_made(monkeypatch):
+    """`paint` tells it of the head before anything is painted."""
+    told = threading.Event()
+    generator = SimpleNamespace(get_ready=lambda head: told.set())
+
+    def prepare(*args):
+        assert told.wait(5)
+        raise StopIteration("enough")
+
+    monkeypatch.setattr(textures, "prepare", prepare)
+    monkeypatch.setattr(textures, "cover_of", lambda *args: None)
+    monkeypatch.setattr(textures, "made_from", lambda *args: "")
+    monkeypatch.setattr(textures, "own_head", lambda head, fit: (head, None))
+    nobody = SimpleNamespace(gaze=np.zeros(2), encoded=None, points=None)
+    with pytest.raises(StopIteration, match="enough"):
+        textures.paint(nobody, nobody, nobody, None, None, generator, HairLayer(), BuildOptions())
+
+
+def test_what_a_generator_gives_back_is_checked():
+    """A plug-in is named, and what is wrong with its picture is said."""
+    seen = SimpleNamespace(part=np.zeros((4, 6), np.uint8))
+    picture = np.ones((4, 6, 3), np.float32)
+    good = Generated(picture, picture, picture, np.ones((4, 6), np.float32))
+
+    def painter(made):
+        return SimpleNamespace(name="other", generate=lambda *args: made)
+
+    assert generate(painter(good), None, seen) is good
+    for wrong, message in (
+        (Generated(picture[:3], picture, picture, good.alpha), "image: shape"),
+        (Generated(picture, picture * np.nan, picture, good.alpha), "not finite"),
+        (Generated(picture, picture, picture, picture), "alpha: shape"),
+        (None, "NoneType"),
+    ):
+        with pytest.raises(ModelError, match=f"generator 'other': .*{message}.*--generator"):
+            generate(painter(wrong), None, seen)

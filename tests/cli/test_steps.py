@@ -1,0 +1,150 @@
+"""The single steps of a bake: the same bytes as `build`, and nothing that was made of something else."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from bakery.export.bundle import read_manifest
+
+QUICK = ["--set", "texture.mouths=3", "--set", "texture.views=[0.0]", "--resolution", "512"]
+PRESET = """
+[segment]
+rounds = 2
+[fit]
+modes = 40
+focal = 2.5
+landmark_steps = 6
+[texture]
+mouths = 2
+views = [20.0]
+[bundle.web]
+side = 512
+"""
+
+
+def content(folder):
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
+
+
+def step_by_step(bakery, photo, folder, options, detect=()):
+    """A bundle by the single steps, each given the options of `build`."""
+    points, fit, textures, masks, out = (
+        folder / name for name in ("p.json", "f.json", "t.npz", "m.npz", "steps.avatar")
+    )
+    given = [photo, "--landmarks", points]
+    for command in (
+        ["detect", photo, "-o", points, *detect],
+        ["fit", *given, "-o", fit],
+        ["texture", *given, "--fit", fit, "-o", textures],
+        ["mask", "-o", masks],
+        ["bundle", *given, "--fit", fit, "--textures", textures, "--masks", masks, "-o", out],
+    ):
+        done = bakery(*command, *options)
+        assert done.returncode == 0, (command, done.stderr)
+    return out
+
+
+@pytest.mark.parametrize("case", ["default", "fit table, other generator and hair"])
+def test_the_single_steps_are_the_bake(bakery, tmp_path, case):
+    """Not a byte differs; the default detector finds the face, as users have it."""
+    from pathlib import Path
+
+    sample = Path(__file__).parents[2] / "samples" / "emil.jpg"
+    options = ["--preset", "default", *QUICK]
+    if case != "default":
+        (tmp_path / "mine.toml").write_text(PRESET)
+        options = ["--preset", tmp_path / "mine.toml", "--resolution", "512"]
+        options += ["--generator", "rendered", "--hair", "none"]
+    whole = tmp_path / "whole.avatar"
+    done = bakery("build", sample, "-o", whole, *options)
+    assert done.returncode == 0, done.stderr
+    ours, theirs = content(whole), content(step_by_step(bakery, sample, tmp_path, options))
+    assert ours.keys() == theirs.keys()
+    manifests = [json.loads(table.pop("avatar.json")) for table in (ours, theirs)]
+    for manifest in manifests:  # a bake alone knows its recipe
+        manifest["provenance"].pop("recipe", None)
+        manifest.pop("sha256", None)
+    assert manifests[0] == manifests[1]
+    assert [name for name in ours if ours[name] != theirs[name]] == []
+
+
+@pytest.fixture(scope="module")
+def steps(bakery, portrait, tmp_path_factory):
+    """Fit, textures by the rendered generator, and masks of the painted portrait."""
+    photo, marks = portrait
+    folder = tmp_path_factory.mktemp("steps")
+    small = ["--preset", "small", "--set", "texture.mouths=2", "--set", "texture.views=[0.0]"]
+    given = [photo, "--landmarks", marks, *small]
+    for command in (
+        ["fit", *given, "-o", folder / "f.json"],
+        ["texture", *given, "--fit", folder / "f.json", "-o", folder / "t.npz", "--generator",
+         "rendered"],
+        ["mask", "-o", folder / "m.npz", *small],
+    ):  # fmt: skip
+        done = bakery(*command)
+        assert done.returncode == 0, done.stderr
+    return folder, given
+
+
+def bundled(bakery, steps, out, *more, **files):
+    folder, given = steps
+    names = {"fit": "f.json", "textures": "t.npz", "masks": "m.npz"}
+    paths = {name: files.get(name, folder / file) for name, file in names.items()}
+    options = [item for name, path in paths.items() for item in (f"--{name}", path)]
+    return bakery("bundle", *given, *options, "-o", out, *more)
+
+
+def test_a_bundle_says_who_painted_its_textures(bakery, steps, tmp_path):
+    """--generator cannot say otherwise."""
+    done = bundled(bakery, steps, tmp_path / "a.avatar", "--generator", "pagan")
+    assert done.returncode == 0, done.stderr
+    said = read_manifest(tmp_path / "a.avatar")["provenance"]
+    assert said["generator"] == "rendered"
+    assert said["digitalSourceType"].endswith("compositeSynthetic")
+
+
+def one_line(done, *words):
+    assert done.returncode == 1 and len(done.stderr.splitlines()) == 1, done.stderr
+    for word in words:
+        assert word in done.stderr, done.stderr
+
+
+def test_a_fit_of_another_head_is_refused(bakery, steps, head, tmp_path):
+    from bakery.heads.file import save_head
+
+    folder, given = steps
+    save_head(tmp_path / "other.npz", replace(head, mean=head.mean * 1.01))
+    other = ["--head", tmp_path / "other.npz"]
+    done = bakery("texture", *given, "--fit", folder / "f.json", "-o", tmp_path / "t.npz", *other)
+    one_line(done, "a fit of another head", "fit again")
+    one_line(bundled(bakery, steps, tmp_path / "a.avatar", *other), "a fit of another head")
+    done = bakery("mask", "-o", tmp_path / "m.npz", "--preset", "small", *other)
+    assert done.returncode == 0, done.stderr
+    done = bundled(bakery, steps, tmp_path / "a.avatar", masks=tmp_path / "m.npz")
+    one_line(done, "masks of another head")
+
+
+def test_textures_of_another_fit_are_refused(bakery, steps, tmp_path):
+    folder, given = steps
+    table = json.loads((folder / "f.json").read_text())
+    table["identity"][0] += 0.5
+    (tmp_path / "f.json").write_text(json.dumps(table))
+    done = bundled(bakery, steps, tmp_path / "a.avatar", fit=tmp_path / "f.json")
+    one_line(done, "painted from another photo, fit or head")
+    table["camera"]["width"] += 2
+    (tmp_path / "f.json").write_text(json.dumps(table))
+    done = bundled(bakery, steps, tmp_path / "a.avatar", fit=tmp_path / "f.json")
+    one_line(done, "fit this photo")
+    assert not (tmp_path / "a.avatar").exists()
+
+
+def test_unknown_plug_ins_are_named(bakery, portrait, tmp_path):
+    photo, _ = portrait
+    for option, known in (("generator", "pagan"), ("detector", "network"), ("hair", "layer")):
+        done = bakery("build", photo, "-o", tmp_path / "a", f"--{option}", "nothing", "-n")
+        assert done.returncode in (1, 2) and known in done.stderr, done.stderr

@@ -1,0 +1,83 @@
+"""A plug-in package with one of each kind, as small as can be: what an author starts from.
+
+Its entry points stand in `entry_points.txt`, as an installed package has them. `tests/test_plugin.py`
+runs bakery's conformance tests on it, and bakery with it.
+"""
+
+from dataclasses import replace
+
+import click
+import numpy as np
+
+from bakery.detectors.network import load
+from bakery.heads.base import HeadModel
+from bakery.heads.file import load_head
+from bakery.types import Conditions, Generated, Landmarks
+
+
+class MirrorDetector:
+    """The mean of what the built-in network sees in a picture and in its mirror image."""
+
+    name = "mirrored"
+
+    def __init__(self) -> None:
+        self.network = load()
+        self.sha256 = self.network.sha256
+
+    def detect(self, image: np.ndarray) -> list[Landmarks]:
+        """See bakery.detectors.base.Detector."""
+        return [
+            replace(face, points=(face.points + again.points) / 2)
+            for face in self.network.detect(image)
+            for again in self.network.detect(image.copy())
+            if np.abs(face.box - again.box).max() < 1
+        ]
+
+
+class StillGenerator:
+    """Every picture is the deformed neutral: no fold, no teeth that the photo did not show."""
+
+    name = "still"
+    source_type = "compositeSynthetic"
+    sha256 = ""
+
+    def generate(
+        self, subject: object, conditions: Conditions, interior_only: bool = False
+    ) -> Generated:
+        """See bakery.generators.base.Generator."""
+        picture = conditions.deformed_neutral
+        nothing = np.zeros_like(picture)
+        return Generated(picture, nothing + 1, nothing, nothing[..., 0])
+
+
+def large_head() -> HeadModel:
+    """The built-in head, a tenth larger."""
+    head = load_head("makehuman")
+    return replace(
+        head,
+        name="large",
+        mean=head.mean * np.float32(1.1),
+        identity_basis=head.identity_basis * np.float32(1.1),
+        expression_basis=head.expression_basis * np.float32(1.1),
+    )
+
+
+class RedHair:
+    """A red cap, half clear, wherever the photo shows hair."""
+
+    name = "red"
+    sha256 = ""
+
+    def layer(self, linear, cover, head, atlas, sight):  # noqa: ANN001, ANN201
+        """See bakery.hair.base.Hair."""
+        from bakery.geometry.sample import bilinear
+
+        alpha = 0.5 * atlas.paint(bilinear(cover.hair, sight.pixels))[..., None]
+        return (np.concatenate([alpha, 0 * alpha, 0 * alpha, alpha], -1)).astype(np.float32)
+
+
+@click.command()
+@click.argument("name", default="world")
+def greet(name: str) -> None:
+    """Greet NAME."""
+    click.echo(f"hello {name}")

@@ -1,0 +1,93 @@
+"""A package of plug-ins: each kind keeps to its contract, and bakery uses it by name."""
+
+import json
+import os
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+from bakery import testing
+
+HERE = Path(__file__).parent / "plugin"
+QUICK = ["--preset", "small", "--set", "texture.mouths=2", "--set", "texture.views=[0.0]"]
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """The environment of a process in which the package is installed."""
+    folder = tmp_path_factory.mktemp("site")
+    about = folder / "bakery_example-1.2.dist-info"
+    about.mkdir()
+    shutil.copy(HERE / "bakery_example.py", folder)
+    shutil.copy(HERE / "entry_points.txt", about)
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: bakery-example\nVersion: 1.2\n")
+    return os.environ | {"PYTHONPATH": os.pathsep.join([str(folder), *sys.path])}
+
+
+@pytest.fixture(scope="module")
+def example():
+    sys.path.insert(0, str(HERE))
+    try:
+        import bakery_example
+
+        yield bakery_example
+    finally:
+        sys.path.remove(str(HERE))
+
+
+def test_the_detector(example):
+    testing.check_detector(example.MirrorDetector())
+
+
+def test_the_generator(example):
+    testing.check_generator(example.StillGenerator())
+
+
+def test_the_head(example):
+    testing.check_head(example.large_head())
+
+
+def test_the_hair(example):
+    testing.check_hair(example.RedHair())
+
+
+def test_a_bake_with_all_of_them(bakery, portrait, installed, tmp_path):
+    """By name, on the command line; the bundle says what made it, down to the version."""
+    photo, marks = portrait
+    out = tmp_path / "a.avatar"
+    chosen = ["--generator", "still", "--hair", "red", "--head", "large"]
+    done = bakery("build", photo, "--landmarks", marks, "-o", out, *QUICK, *chosen, env=installed)
+    assert done.returncode == 0, done.stderr
+    manifest = json.loads((out / "avatar.json").read_text())
+    assert manifest["provenance"]["generator"] == "still" and manifest["head"]["name"] == "large"
+    assert bakery("validate", out).returncode == 0  # without the package
+    assert bakery("render", out, "-o", tmp_path / "a.png", "--size", 64).returncode == 0
+
+
+def test_a_detector_by_name(bakery, installed, tmp_path):
+    sample = Path(__file__).parents[1] / "samples" / "bela.jpg"
+    done = bakery("detect", sample, "-o", "-", "--detector", "mirrored", env=installed)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["detector"]["name"] == "mirrored"
+    assert json.loads(done.stdout)["detector"]["version"] == "1.2"
+
+
+def test_a_command(bakery, installed):
+    assert bakery("greet", "ada", env=installed).stdout == "hello ada\n"
+    listed = bakery("--help", env=installed).stdout
+    assert "Commands of other packages" in listed and "See bakery-example." in listed
+    done = bakery("gret", env=installed)
+    assert done.returncode == 2 and "Did you mean 'greet'?" in done.stderr
+    assert bakery("greet").returncode == 2  # without the package
+
+
+def test_a_plug_in_that_cannot_be_loaded_is_one_line(bakery, portrait, installed, tmp_path):
+    done = bakery(
+        "build", portrait[0], "-o", tmp_path / "a", "--generator", "broken", env=installed
+    )
+    assert done.returncode == 1 and len(done.stderr.splitlines()) == 1, done.stderr
+    assert "generator 'broken' of bakery-example cannot be loaded" in done.stderr
+    done = bakery("build", portrait[0], "-o", tmp_path / "a", "--generator", "stil", env=installed)
+    assert done.returncode == 2 and "did you mean 'still'?" in done.stderr
