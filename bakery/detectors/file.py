@@ -2,12 +2,8 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from bakery.errors import InputError
 from bakery.formats.record import read_faces
-
-FARTHEST = 1.0  # longer sides of the photo that a point may lie outside: faces may be cut off
 
 
 class FileDetector:
@@ -26,8 +22,7 @@ class FileDetector:
             image: [H, W, 3] uint8
 
         Raises:
-            InputError: the file was made from a photo of another size, or a point of it lies so far
-                outside that it is no place on a face that the photo shows.
+            InputError: the file was made from a photo of another size.
         """
         have, want = (image.shape[1], image.shape[0]), tuple(self.size)
         if have != want:
@@ -35,13 +30,4 @@ class FileDetector:
                 f"{self.path}: landmarks of a photo of {want[0]}x{want[1]}, this one has "
                 f"{have[0]}x{have[1]}; detect again"
             )
-        for number, face in enumerate(self.faces, 1):
-            off = np.maximum(-face.points, face.points - want).max(1) / max(want)
-            if off.max() > FARTHEST:
-                worst = off.argmax()
-                x, y = face.points[worst]
-                raise InputError(
-                    f"{self.path}: point {worst} of face {number} lies at ({x:.6g}, {y:.6g}), far "
-                    f"outside the photo of {want[0]}x{want[1]}; detect again"
-                )
         return list(self.faces)

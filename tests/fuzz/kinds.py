@@ -127,7 +127,7 @@ def files(folder):
         image.read_photo(path, 1 if path.name == "moving.gif" else None)
 
     def masks(path):
-        record.read_arrays(path, ["masks"])
+        record.read_arrays(path, ["masks", "head"])
 
     arrays = found("npz/[td]e*.npz")
     return [
@@ -192,6 +192,9 @@ class Bundle:
                     shutil.copyfile(self.whole / changed, folder / changed)
 
 
+PICTURES = (".exr", ".png", ".webp")
+
+
 def change_any(rng, data, others):
     """A file of a bundle changed as its kind allows."""
     if data.startswith(b"v/1\x01"):
@@ -207,9 +210,9 @@ def change_any(rng, data, others):
 
 def in_bundles(folder):
     """The kinds whose reader gets a bundle; see `files`."""
-    from bakery.formats import bundle
-    from bakery.formats.validate import problems
-    from bakery.steps import open_avatar
+    from bakery.export import bundle
+    from bakery.export.open import open_avatar
+    from bakery.export.validate import problems
 
     whole = folder / "whole.avatar"
     alone, among = Bundle(whole, True), Bundle(whole, False)
@@ -240,17 +243,13 @@ def in_bundles(folder):
     def avatar(path):
         among.with_file(path, open_avatar)
 
+    one = alone.seeds("avatar.json")
     return [
-        Kind(
-            "manifest",
-            {"avatar.json": alone.seeds("avatar.json")["avatar.json"]},
-            json_change,
-            manifest,
-        ),
-        Kind("web", alone.seeds("web/avatar.json"), json_change, validate),
-        Kind("glb", alone.seeds(".glb"), containers.glb, validate, 0.85),
-        Kind("others", alone.seeds(".exr", ".png", ".npz", ".webp"), change_any, validate),
-        Kind("avatar", among.seeds(".exr", ".png", ".npz", ".json"), change_any, avatar, share=0.1),
+        Kind("manifest", {"avatar.json": one["avatar.json"]}, json_change, manifest, share=0.4),
+        Kind("web", alone.seeds("web/avatar.json"), json_change, validate, share=0.4),
+        Kind("glb", alone.seeds(".glb"), containers.glb, validate, 0.85, share=0.4),
+        Kind("others", alone.seeds(*PICTURES, ".npz"), change_any, validate, share=0.4),
+        Kind("avatar", among.seeds(*PICTURES, ".npz", ".json"), change_any, avatar, share=0.1),
     ]
 
 
@@ -258,8 +257,12 @@ def in_stages(folder):
     """The kinds that go on with what a reader took: absurd poses and points; see `files`."""
     import numpy as np
 
-    from bakery import frames, steps
+    from bakery.bake.faces import one_face
+    from bakery.bake.fitting import fit_portrait
+    from bakery.export.open import open_avatar
     from bakery.formats import image, record
+    from bakery.heads.file import load_head
+    from bakery.show import frame
 
     whole, loaded = folder / "whole.avatar", {}
     os.environ["BAKERY_HEADS"] = str(folder / "npz")  # where a fit finds the tiny head by its name
@@ -271,17 +274,17 @@ def in_stages(folder):
 
     def scene(path):
         """`bakery render --fit`, 64 pixels a side."""
-        avatar = once("avatar", lambda: steps.open_avatar(whole))
-        asked = frames.parse(fitted=path, size=64)
-        for picture in frames.render(avatar, frames.Scene(**asked)):
+        avatar = once("avatar", lambda: open_avatar(whole))
+        asked = frame.parse(fitted=path, size=64)
+        for picture in frame.render(avatar, frame.Scene(**asked)):
             assert np.isfinite(picture).all(), "a picture that is not finite"
 
     def placing(path):
         """`bakery fit --landmarks`."""
-        head = once("head", lambda: steps.load_head("makehuman"))
+        head = once("head", lambda: load_head("makehuman"))
         photo = once("photo", lambda: image.read_photo(folder / "tables" / "placed.png"))
-        _, face = steps.one_face(path, landmarks=path, photo=photo)
-        fit, _ = steps.place_head(path, photo, face, head)
+        _, face = one_face(path, landmarks=path, photo=photo)
+        fit, _ = fit_portrait(path, photo, face, head)
         record.fit_from_table(path, json.loads(record.dump(record.fit_to_table(fit))))
 
     fits = {"fit.json": (folder / "tables" / "fit.json").read_bytes()}
@@ -320,7 +323,7 @@ def quick_schema():
 
 def quick_texts(tables):
     """Entries that are as in `tables` are not looked at again: a case changes one or two."""
-    from bakery.formats import hostile
+    from bakery.export import hostile
 
     slow = hostile.table_problems
     known = [table for table in tables if not any(slow(table))]

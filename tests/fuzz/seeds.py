@@ -10,16 +10,17 @@ import numpy as np
 from PIL import Image, ImageCms
 
 from bakery import __version__
-from bakery.formats import bundle, exr, image, livelink, mp4, record, video, webm
-from bakery.formats.glb import write_glb
+from bakery.export import bundle
+from bakery.export import manifest as bundles
+from bakery.export.glb import write_glb
+from bakery.export.web import WebOptions, web_files
+from bakery.formats import exr, image, livelink, mp4, record, video, webm
 from bakery.geometry import camera as cameras
 from bakery.heads.base import FOLLOW, PARTS, HeadModel
 from bakery.heads.file import load_head, save_head
 from bakery.runtime.avatar import Avatar
-from bakery.runtime.web import WebOptions, web_files
-from bakery.stages import bundle as bundles
-from bakery.stages.texture_mouth import mouth_landmarks
-from bakery.types import EXPRESSIONS, LANDMARKS, Camera, Fit, Landmarks, Photo, Textures
+from bakery.stages.texture.mouth import mouth_landmarks
+from bakery.types import EXPRESSIONS, LANDMARKS, Camera, Fit, Landmarks, Maker, Photo, Textures
 
 SIZE = 16  # texels a side
 
@@ -93,6 +94,8 @@ def textures(model):
         mouths=noise(2, 4, 6, 3),
         mouth_landmarks=np.stack(lips),
         mouth_weights=poses,
+        maker=Maker("rendered", "0.1", "0" * 64, "compositeSynthetic"),
+        made_from="1" * 64,
     )
 
 
@@ -107,14 +110,8 @@ def fit(model):
     )  # fmt: skip
 
 
-class _Baker:
-    """What the manifest says of a generator."""
-
-    name, source_type = "rendered", "compositeSynthetic"
-
-
 def write_bundle(folder):
-    """A whole bundle of some 100 KB, written by the same functions as `bakery pack` uses."""
+    """A whole bundle of some 100 KB, written by the same functions as `bakery bundle` uses."""
     folder = Path(folder)
     (folder / "web").mkdir(parents=True)
     model = head()
@@ -134,19 +131,19 @@ def write_bundle(folder):
     image.write_image(folder / "preview.png", picture)
     image.write_image(folder / "photo.png", picture)
     photo = Photo(picture, "0" * 64)
-    baked = bundles.Baked(photo, avatar.fit, model, made, masks, [], _Baker(), "network")
+    baked = bundles.Baked(photo, avatar.fit, model, made, masks, [], made.maker, "network")
     bundle.write_manifest(folder, bundles.manifest(baked, levels, table) | {"photo": "photo.png"})
 
 
 def npz(folder):
-    """What `bakery textures`, `masks` and `heads` write."""
+    """What `bakery texture`, `mask` and `heads` write."""
     model = head()
     painted = record.textures_to_arrays(textures(model))
     save_head(folder / f"{model.name}.npz", model)
     record.write_arrays(folder / "textures.npz", painted)
     np.savez_compressed(folder / "deflated.npz", **painted)
     masks = np.random.default_rng(3).random((52, 8, 8), np.float32)
-    record.write_arrays(folder / "masks.npz", {"masks": masks})
+    record.write_arrays(folder / "masks.npz", {"masks": masks, "head": np.array(model.digest)})
 
 
 def tables(folder):

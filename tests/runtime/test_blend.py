@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bakery.show.frame import recover
 
 from bakery.errors import InputError
 from bakery.runtime.blend import nearest_gaze
 from bakery.runtime.mouth import neighbours, weighted_median
+from bakery.show.frame import recover
 from bakery.stages.mask import key_activation
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
