@@ -10,6 +10,7 @@ SAMPLE ?= samples/chidi.jpg
 DEMO = demo.avatar
 PHOTOS ?= samples
 OUT ?= avatars
+JOBS ?= 1
 FLAGS ?=
 COUNT ?= 50000
 KIND ?=
@@ -51,10 +52,8 @@ bench: $(READY) ## measure speed and memory; append a line to tests/bench/result
 	$(RUN)/python tests/bench/bench.py '$(SAMPLE)'
 
 # The flags go through the environment, so that they may hold quotes.
-avatars: export WITH := $(FLAGS)
-avatars: $(READY) ## bake every portrait of PHOTOS=folder into OUT=folder; -j2 bakes two at once
-	@$(RUN)/python -m bakery.cli.avatars_makefile '$(PHOTOS)' '$(OUT)' '$(abspath $(RUN)/bakery)' "$$WITH"
-	+@$(MAKE) --no-print-directory --keep-going -f '$(OUT)/.avatars.mk' all
+avatars: $(READY) ## bake the portraits of PHOTOS=folder into OUT=folder, JOBS=2 at once; fresh ones are skipped
+	@$(RUN)/bakery build '$(PHOTOS)' -o '$(OUT)/' --jobs '$(JOBS)' --overwrite $(FLAGS)
 
 samples: $(READY) ## paint the synthetic portraits of samples/ again
 	$(RUN)/bakery synth samples -o samples --overwrite

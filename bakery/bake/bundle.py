@@ -1,78 +1,74 @@
-"""The bundle: everything that was baked, written into one folder."""
+"""The bundle: everything that was baked, written into one folder by the exporters."""
 
-from dataclasses import replace
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
-import numpy as np
-
-from bakery import __version__
 from bakery.bake.fitting import own_head
+from bakery.bake.options import BundleOptions
 from bakery.export import bundle as files
-from bakery.export import manifest as bundles
-from bakery.export.glb import write_glb
-from bakery.export.open import RIG
-from bakery.export.web import web_files
-from bakery.export.web.files import card_picture, small_picture
+from bakery.export.manifest import Baked, manifest
+from bakery.exporters.exr import ExrExporter
+from bakery.exporters.head import HeadExporter
+from bakery.exporters.web import WebExporter
 from bakery.formats import image
-from bakery.formats.files import write_bytes
 from bakery.formats.place import staged
-from bakery.heads.file import save_head
-from bakery.heads.lashes import card_rectangle, card_texels
 from bakery.parallel import side_by_side
+from bakery.plugins import plug_in
 from bakery.runtime.avatar import Avatar
-from bakery.runtime.blend import lay_hair
-from bakery.runtime.contact_sheet import contact_sheet
-from bakery.types import EXPRESSIONS
 
-GLB_QUALITY = 95  # of the JPEG inside head.glb
+CORE = (ExrExporter(), HeadExporter())  # what a bundle is; players need nothing else
 
 
-def write_bundle(target, baked, options, keep_photo=False, overwrite=False):
+def write_bundle(
+    target: Path,
+    baked: Baked,
+    options: BundleOptions,
+    keep_photo: bool = False,
+    overwrite: bool = False,
+) -> None:
     """Write a bundle.
 
     Args:
         target: the bundle's folder.
-        baked: Baked.
-        options: BundleOptions.
+        baked: everything that it is made of.
+        options: which formats go along, and how large.
         keep_photo: whether the photo goes into the bundle.
         overwrite: whether an older bundle may be replaced.
+
+    Raises:
+        BakeryError: the place is taken, the disk is full, or an exporter refuses the avatar.
     """
-    textures = baked.textures
     head, neutral = own_head(baked.head, baked.fit)
     kept = baked.photo.encoded if keep_photo else None
-    avatar = Avatar(head, neutral, baked.fit, textures, baked.masks, kept)
+    avatar = Avatar(head, neutral, baked.fit, baked.textures, baked.masks, kept)
     with staged(target, overwrite) as folder:
 
-        def heads():
-            levels, carriers = bundles.levels_of_detail(head, neutral)
-            atlas = small_picture(lay_hair(textures.neutral, textures.hair), options.glb)
-            picture = image.encode_image(atlas, ".jpg", GLB_QUALITY)
-            maker = f"bakery {__version__}"
-            cards = None
-            if card_rectangle(head) is not None:
-                sheet = textures.hair[card_texels(head, len(textures.hair))]
-                cards = image.encode_image(card_picture(sheet), ".png")
-            write_glb(folder / "head.glb", levels, carriers, EXPRESSIONS, picture, cards, maker)
-            modes = np.zeros((0, *neutral.shape), np.float32)
-            save_head(folder / RIG, replace(head, mean=neutral, identity_basis=modes))
-            return levels
+        def run(exporter: Any) -> Callable[[], dict[str, Any]]:
+            def export() -> dict[str, Any]:
+                place = folder / exporter.place
+                place.parent.mkdir(parents=True, exist_ok=True)
+                return exporter.export(avatar, place, options.side)
 
-        def web():
-            packed, table = web_files(avatar, options.web)
-            for name, data in packed.items():
-                write_bytes(folder / name, data)
-            return table
+            return export
 
-        def pictures():
-            files.write_textures(folder, textures, baked.masks)
-            if keep_photo:
-                image.write_image(folder / "photo.png", baked.photo.encoded)
+        def photo() -> dict[str, Any]:
+            if kept is not None:
+                image.write_image(folder / "photo.png", kept)
+            return {}
 
-        def preview():
-            image.write_image(folder / "preview.png", contact_sheet(avatar))
+        jobs = [run(one) for one in exporters(options)] + [run(one) for one in CORE] + [photo]
+        said = list(side_by_side(lambda job: job(), jobs))
+        files.write_manifest(folder, manifest(baked, said, files.list_files(folder)))
 
-        jobs = (preview, web, pictures, heads)
-        _, table, _, levels = side_by_side(lambda job: job(), jobs)
-        manifest = bundles.manifest(baked, levels, table)
-        if keep_photo:
-            manifest["photo"] = "photo.png"
-        files.write_manifest(folder, manifest)
+
+def exporters(options: BundleOptions) -> list[Any]:
+    """The exporters that a preset names, in its order.
+
+    Raises:
+        UsageProblem: there is none of a name.
+    """
+    return [
+        WebExporter(options.web) if name == "web" else plug_in("exporters", name)
+        for name in options.formats
+    ]

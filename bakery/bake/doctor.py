@@ -69,7 +69,7 @@ def _disk():
 
 def _presets():
     from bakery import preset
-    from bakery.bake.textures import read_targets
+    from bakery.bake.targets import read_targets
 
     targets = read_targets()
     known = preset.names("builds")

@@ -107,7 +107,7 @@ def examine(
         InputError: with `strict`, what was found.
     """
     seen = detect_faces(photo.encoded) if given else ()
-    findings = assess.assess(photo, landmarks, fit, segmentation, options.limits, seen)
+    findings = assess.assess(photo, landmarks, fit, segmentation, options.assess, seen)
     lines = [
         f"{found.message} ({found.code} {found.value:g}, limit {found.limit:g})"
         for found in findings

@@ -10,5 +10,5 @@ from bakery.stages.mask import activation_masks
 
 def draw_masks(head: HeadModel, options: BuildOptions) -> np.ndarray:
     """Activation masks [E, m, m] float32 of a head model."""
-    size = min(options.bundle.masks, options.texture.resolution)
+    size = min(options.mask.resolution, options.texture.resolution)
     return activation_masks(head, make_atlas(head, size))

@@ -10,13 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery.bake.bundle import write_bundle
+from bakery.bake.bundle import exporters, write_bundle
 from bakery.bake.estimate import estimate
 from bakery.bake.faces import landmarks_file, one_face
 from bakery.bake.fitting import check_head, examine, fit_portrait, made_from, segment_portrait
 from bakery.bake.kept import Kept
 from bakery.bake.mask import draw_masks
 from bakery.bake.options import BuildOptions
+from bakery.bake.targets import read_targets
 from bakery.bake.textures import paint
 from bakery.errors import InputError
 from bakery.export.manifest import Baked
@@ -31,7 +32,7 @@ from bakery.plugins import maker_of, plug_in
 from bakery.stages.assess import Finding
 from bakery.stages.detect import face_size
 from bakery.stages.segment import Segmentation
-from bakery.types import Fit, Landmarks, Photo, Textures
+from bakery.types import Fit, Landmarks, Maker, Photo, Textures
 
 Progress = Callable[[str, int, int], None]
 
@@ -46,6 +47,7 @@ class Request:
     head: str = "makehuman"
     generator: str = "pagan"
     hair: str = "layer"
+    expressions: Path | None = None  # a file of targets in place of those that ship
     detector: str = "network"
     landmarks: Path | None = None
     face: int | None = None
@@ -83,10 +85,12 @@ def build(request: Request, progress: Progress | None = None) -> list[Finding]:
     options = request.options
     check_place(request.output, request.overwrite)
     generator, head = plug_in("generators", request.generator), load_head(request.head)
+    exporters(options.bundle)  # a name that there is not is told before the work
     with work_folder(request.output, request.work) as work:
         seen = find_portrait(request, head, work, show)
         made_by = _maker("generators", request.generator), _maker("hair", request.hair)
-        kept = Kept(work, key_of(seen.key, made_by, asdict(options.texture)))
+        wanted = read_targets(request.expressions)
+        kept = Kept(work, key_of(seen.key, made_by, wanted.digest, asdict(options.texture)))
         textures = paint(
             seen.photo,
             seen.landmarks,
@@ -98,6 +102,7 @@ def build(request: Request, progress: Progress | None = None) -> list[Finding]:
             options,
             kept,
             show,
+            wanted,
         )
         show("mask", 2, 4)
         masks = draw_masks(head, options)
@@ -229,7 +234,8 @@ def _bundle(
         masks,
         seen.findings,
         textures.maker,
-        seen.landmarks.maker.name,
+        seen.landmarks.maker,
+        _recipe(request, seen.photo, seen.landmarks, head, textures.maker),
     )
     write_bundle(
         request.output, baked, request.options.bundle, request.keep_photo, request.overwrite
@@ -237,20 +243,34 @@ def _bundle(
 
 
 def recipe(request: Request) -> str:
+    """The recipe of the bundle that a request makes; reads the photo and finds the face.
+
+    Raises:
+        BakeryError: what `build` would refuse before it fits.
+    """
+    given = landmarks_file(request.landmarks, request.photo)
+    photo, face = one_face(request.photo, request.frame, given, request.face, request.detector)
+    face = record.rounded_face(photo, face)
+    maker = maker_of("generators", plug_in("generators", request.generator))
+    return _recipe(request, photo, face, load_head(request.head), maker)
+
+
+def _recipe(
+    request: Request, photo: Photo, landmarks: Landmarks, head: HeadModel, painter: Maker
+) -> str:
     """SHA-256 over everything that a bundle's content depends on; the manifest keeps it.
 
     A bundle of the same recipe would come out the same, so that it need not be baked again.
     """
-    given = landmarks_file(request.landmarks, request.photo)
     return key_of(
         source_digest(),
-        digest_file(request.photo),
-        request.frame,
-        request.face,
-        digest_file(given) if given else _maker("detectors", request.detector),
-        load_head(request.head).digest,
-        _maker("generators", request.generator),
+        photo.sha256,
+        asdict(landmarks.maker),
+        np.round(landmarks.points, 3).tolist(),
+        head.digest,
+        asdict(painter),
         _maker("hair", request.hair),
+        read_targets(request.expressions).digest,
         asdict(request.options),
         request.keep_photo,
     )
@@ -281,6 +301,8 @@ def describe(request: Request) -> str:
     """
     check_place(request.output, request.overwrite)
     plug_in("generators", request.generator), plug_in("hair", request.hair)
+    exporters(request.options.bundle)
+    read_targets(request.expressions)
     head = load_head(request.head)
     seen = find_portrait(request, head, None, lambda step, done, total: None)
     height, width = seen.photo.encoded.shape[:2]

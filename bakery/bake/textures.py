@@ -2,14 +2,14 @@
 
 from collections.abc import Callable
 from contextlib import closing
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 
 from bakery.bake.fitting import made_from, own_head
 from bakery.bake.kept import Arrays, Kept
 from bakery.bake.options import BuildOptions
-from bakery.formats import targets
+from bakery.bake.targets import Targets, read_targets
 from bakery.generators.base import Generator, Subject
 from bakery.generators.eyes import EyeMaps
 from bakery.generators.lids import LidSkin
@@ -30,28 +30,6 @@ from bakery.types import Camera, Conditions, Fit, Landmarks, Photo, Textures
 AHEAD = (0.0, 0.0)  # degrees of gaze
 # Pictures a kept part: each takes the time of about a second to paint.
 GAZES, MOUTHS = 10, 25
-
-
-@dataclass(frozen=True)
-class Targets:
-    """The expressions, gazes and mouths that are baked."""
-
-    key_names: tuple[str, ...]
-    key_weights: np.ndarray  # [K, E]
-    gaze: np.ndarray  # [20, 2] degrees
-    mouths: np.ndarray  # [M, E]
-
-
-def read_targets() -> Targets:
-    """The targets of presets/expressions."""
-    folder = targets.presets_folder() / "expressions"
-    names, weights = targets.read_keys(folder / "keys.toml")
-    return Targets(
-        names,
-        weights,
-        targets.read_gaze(folder / "gaze.toml"),
-        targets.read_mouths(folder / "mouths.json"),
-    )
 
 
 class Painter:

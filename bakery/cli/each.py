@@ -5,7 +5,6 @@ import click
 from bakery.cli import options
 from bakery.errors import BakeryError
 
-OVERLAYS = (".png", ".jpg", ".webp")
 output = click.option("-o", "--output", required=True, type=options.PATH)
 overlay = click.option(
     "--preview", type=options.PATH,
@@ -75,7 +74,9 @@ def _overlays(photos, preview):
     if str(preview) == "-":
         raise click.UsageError("--preview needs a file; stdout is for what -o writes")
     ending = preview.suffix.lower()
-    if ending not in OVERLAYS and ending and not preview.is_dir():
-        raise click.UsageError(f"--preview: pictures are {', '.join(OVERLAYS)}, not '{preview}'")
-    ending = ending if ending in OVERLAYS else ".png"
+    if ending not in options.PICTURES and ending and not preview.is_dir():
+        raise click.UsageError(
+            f"--preview: pictures are {', '.join(options.PICTURES)}, not '{preview}'"
+        )
+    ending = ending if ending in options.PICTURES else ".png"
     return [place for _, place in options.destinations(photos, preview, ending)]

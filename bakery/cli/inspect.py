@@ -41,16 +41,20 @@ def inspect(bundle, as_json):
 def validate(bundle, as_json):
     """Check BUNDLE; list what is wrong with it and exit with 1.
 
+    Notes tell what a newer bakery has put into it that this one leaves alone.
+
     \b
     bakery validate portrait.avatar
     """
-    from bakery.export.validate import problems
+    from bakery.export.validate import examine
 
-    found = problems(bundle)
+    report = examine(bundle)
+    found, notes = report.problems, report.notes
     if as_json:
-        click.echo(json.dumps({"bundle": str(bundle), "valid": not found, "problems": found}))
+        table = {"bundle": str(bundle), "valid": not found, "problems": found, "notes": notes}
+        click.echo(json.dumps(table))
     else:
-        for line in found:
+        for line in [*found, *(f"note: {line}" for line in notes)]:
             click.echo("".join(c if c.isprintable() else repr(c)[1:-1] for c in line))
     if found:
         raise BundleError(f"{bundle}: {len(found)} problem(s); make the bundle again")

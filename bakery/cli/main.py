@@ -23,6 +23,7 @@ COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of th
     "bundle": ("bundle", "Pack fit, textures and masks into a bundle."),
     "inspect": ("inspect", "Say what a bundle holds."),
     "validate": ("inspect", "Check a bundle; list what is wrong with it."),
+    "export": ("export", "Write a bundle in another format."),
     "preview": ("preview", "Write a page that plays an avatar in a browser."),
     "render": ("render", "Draw a frame of an avatar."),
     "recover": ("render", "Write the texture of single expressions (eq. 4)."),
@@ -137,7 +138,7 @@ def main(arguments=None):
         from bakery.formats.files import disk_error
 
         where = error.filename or "the standard output or a temporary file"
-        code = _one_line(str(disk_error(where, error)))
+        code = _one_line(str(disk_error(where, error, "cannot be used")))
     sys.exit(code if isinstance(code, int) else 0)
 
 

@@ -106,10 +106,16 @@ def chosen(command):
     return preset(settings(command))
 
 
+expressions = click.option(
+    "--expressions", type=PATH, metavar="FILE",
+    help="TOML with key expressions, gazes and mouths to bake in place of those that ship.",
+)  # fmt: skip
+
+
 def baking(command):
     """The options that `build` and every single step take, so that one call can be made of parts."""
     for option in (
-        overwrite, which_face, detector, hair, generator, head, resolution, settings, preset,
+        overwrite, which_face, detector, expressions, hair, generator, head, resolution, settings, preset,
     ):  # fmt: skip
         command = option(command)
     return command

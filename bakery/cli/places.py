@@ -124,14 +124,23 @@ def _given(path):
     context = click.get_current_context(silent=True)
     if context is None:
         return
-    for parameter in context.command.params:
-        values = context.params.get(parameter.name)
-        for value in values if isinstance(values, tuple) else (values,):
-            if value is path or not isinstance(value, str | Path):
-                continue
-            # An option that takes a name or a file, as --head, has text.
-            if isinstance(value, Path) or os.path.isfile(value):
-                yield _name_of(parameter), value
+    given = [
+        (parameter, value)
+        for parameter in context.command.params
+        for value in _values(context.params.get(parameter.name))
+    ]
+    same = [each for each in given if each[1] is path]
+    same = same or [each for each in given if str(each[1]) == str(path)]
+    for parameter, value in given:
+        if not any(own[0] is parameter for own in same[:1]):
+            yield _name_of(parameter), value
+
+
+def _values(value):
+    """The paths that a parameter was given; one that takes a name or a file, as --head, has text."""
+    for one in value if isinstance(value, tuple) else (value,):
+        if isinstance(one, Path) or (isinstance(one, str) and os.path.isfile(one)):
+            yield one
 
 
 def _name_of(parameter):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from bakery.cli import options
+from bakery.cli import complete, options
 
 
 @click.command(cls=options.Command)
@@ -13,7 +13,10 @@ from bakery.cli import options
     "-o", "--output", required=True, type=click.Path(path_type=Path),
     help="Picture to write: .png, .jpg, .webp or .exr (linear, with alpha).",
 )  # fmt: skip
-@click.option("--expression", default="", help="Named: laugh, laugh=0.5 or smile=0.6,wink=0.3")
+@click.option(
+    "--expression", default="", shell_complete=complete.expressions,
+    help="Named: laugh, laugh=0.5 or smile=0.6,wink=0.3; `bakery shapes` lists the names.",
+)  # fmt: skip
 @options.weights
 @click.option(
     "--fit", "fitted", type=click.Path(path_type=Path),
@@ -67,8 +70,9 @@ def render(bundle, output, mask, turntable, overwrite, **wanted):
             (turned, *(place and frames.numbered(place, number) for place in (output, mask)))
             for number, turned in enumerate(frames.turntable(scene, turntable))
         ]
-    for place in {place for _, *places in scenes for place in places}:
-        options.may_write(place, overwrite)
+    for _, place, covered in scenes:
+        options.may_write(place, overwrite, inputs=[covered] if covered else [])
+        options.may_write(covered, overwrite)
     avatar = open_avatar(bundle)
     with options.progress() as progress:
         for done, (scene, place, covered) in enumerate(scenes):

@@ -20,6 +20,7 @@ def texture(photo, fitted, output, overwrite, preset, settings, resolution, **re
     """
     options.may_write(output, overwrite)
     from bakery.bake import pipeline
+    from bakery.bake.targets import read_targets
     from bakery.bake.textures import paint
     from bakery.formats import record
     from bakery.heads.file import load_head
@@ -33,6 +34,7 @@ def texture(photo, fitted, output, overwrite, preset, settings, resolution, **re
         painted = paint(
             seen.photo, seen.landmarks, seen.fit, seen.segmentation, head, generator,
             plug_in("hair", asked.hair), chosen, progress=progress,
+            wanted=read_targets(asked.expressions),
         )  # fmt: skip
     record.write_arrays(output, record.textures_to_arrays(painted))
     options.wrote(output)

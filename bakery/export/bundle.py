@@ -1,56 +1,18 @@
 """The bundle folder: what stands in which file, written and read."""
 
-import json
-from functools import cache
+import os
 from pathlib import Path
 
 import cv2
 import numpy as np
 
 from bakery.errors import BundleError
-from bakery.export import hostile
+from bakery.export import hostile, schema
+from bakery.export.layout import PICTURES, ROLES, WEB, gaze_parts, mouth_grid, mouth_parts
 from bakery.formats import exr, record
 from bakery.formats.files import digest, digest_file, read_bytes, write_bytes
 from bakery.formats.place import MANIFEST
-from bakery.paths import ASSETS
 from bakery.types import EXPRESSIONS, Textures
-
-SCHEMA = ASSETS / "schema" / "avatar-1.schema.json"
-ROLES = {
-    "head.glb": "geometry",
-    "head.npz": "geometry",
-    "face.exr": "face",
-    "masks.exr": "masks",
-    "hair.exr": "hair",
-    "coverage.exr": "coverage",
-    "gaze.exr": "gaze",
-    "mouth.exr": "mouth",
-    "preview.png": "preview",
-    "photo.png": "photo",
-}
-SOURCES = {0: "none", 1: "observed", 2: "mirrored", 3: "inferred", 4: "painted"}
-CONVENTIONS = {
-    "units": "millimetres; metres in head.glb",
-    "axes": "right-handed, +x the subject's left, +y up, +z out of the face",
-    "uv": "origin top left, rows run down, texel centres at +0.5",
-    "textures": "scene-linear Rec.709 half float (lin_rec709_scene); web/ is sRGB-encoded",
-    "gaze": "degrees, yaw to the subject's left, pitch up",
-    "weights": "0 to 1, ARKit names, left and right are the subject's",
-}
-
-
-@cache
-def schema(path=SCHEMA):
-    """A published JSON Schema; that of the manifest, unless told otherwise."""
-    return json.loads(path.read_text())
-
-
-def mask_channels():
-    """Where the mask of each expression stands: name -> (part, channel)."""
-    return {
-        name: (f"masks{index // 4:02d}", "RGBA"[index % 4])
-        for index, name in enumerate(EXPRESSIONS)
-    }
 
 
 def write_textures(folder, textures, masks):
@@ -64,71 +26,33 @@ def write_textures(folder, textures, masks):
     faces = {"neutral": textures.neutral} | dict(zip(textures.key_names, textures.keys))
     exr.write_exr(folder / "face.exr", faces)
     exr.write_exr(folder / "hair.exr", {"hair": textures.hair})
-    exr.write_exr(folder / "gaze.exr", dict(zip(gaze_parts(textures), textures.gaze)))
-    exr.write_exr(folder / "mouth.exr", dict(zip(mouth_parts(textures), textures.mouths)))
+    exr.write_exr(folder / "gaze.exr", dict(zip(gaze_parts(len(textures.gaze)), textures.gaze)))
+    exr.write_exr(folder / "mouth.exr", _mouth_sheets(textures.mouths))
     coverage = {"source": textures.source, "facing": textures.facing}
     exr.write_exr(folder / "coverage.exr", coverage, exr.DATA)
-    groups = {
-        f"masks{first // 4:02d}": np.moveaxis(np.asarray(masks[first : first + 4]), 0, -1)
-        for first in range(0, len(EXPRESSIONS), 4)
-    }
-    exr.write_exr(folder / "masks.exr", groups, exr.DATA)
+    exr.write_exr(folder / "masks.exr", dict(zip(EXPRESSIONS, masks)), exr.DATA)
 
 
-def gaze_parts(textures):
-    """Names of the parts of gaze.exr."""
-    return [f"gaze{index:02d}" for index in range(len(textures.gaze))]
+def _mouth_sheets(mouths):
+    """Contact sheets [rows * h, columns * w, 3] of mouths [M, h, w, 3], by the names of their parts.
+
+    One part a mouth made 900 channels of 300 mouths, of 1,023 that a Nuke script can have.
+    """
+    columns, rows = mouth_grid(len(mouths))
+    height, width = mouths.shape[1:3]
+    sheets = {}
+    for number, name in enumerate(mouth_parts(len(mouths))):
+        sheets[name] = np.zeros((rows * height, columns * width, 3), np.float16)
+        cells = _cells(sheets[name], columns, rows)
+        for cell, mouth in enumerate(mouths[number * columns * rows :][: columns * rows]):
+            cells[divmod(cell, columns)] = mouth
+    return sheets
 
 
-def mouth_parts(textures):
-    """Names of the parts of mouth.exr."""
-    return [f"mouth{index:03d}" for index in range(len(textures.mouths))]
-
-
-def describe_textures(textures, masks):
-    """The manifest's tables about the textures."""
-    values, counts = np.unique(textures.source, return_counts=True)
-    return {
-        "keys": [
-            {"name": name, "part": name, "weights": sparse(weights)}
-            for name, weights in zip(textures.key_names, textures.key_weights)
-        ],
-        "hair": {
-            "file": "hair.exr",
-            "part": "hair",
-            "layout": "RGBA over the face texture, colour multiplied by alpha; lashes in uv/cards",
-        },
-        "gaze": {
-            "file": "gaze.exr",
-            "parts": gaze_parts(textures),
-            "directions": record.numbers(textures.gaze_directions, 4),
-            "layout": "the cap of the left eye on the left, that of the right eye on the right",
-        },
-        "mouths": {
-            "file": "mouth.exr",
-            "parts": mouth_parts(textures),
-            "landmarks": record.numbers(textures.mouth_landmarks, 5),
-            "weights": [sparse(weights) for weights in textures.mouth_weights],
-        },
-        "masks": {
-            "file": "masks.exr",
-            "resolution": int(masks.shape[1]),
-            "channels": {
-                name: {"part": part, "channel": channel}
-                for name, (part, channel) in mask_channels().items()
-            },
-        },
-        "coverage": {
-            "file": "coverage.exr",
-            "source": "source",
-            "facing": "facing",
-            "values": {str(value): name for value, name in SOURCES.items()},
-            "shares": {
-                SOURCES[int(value)]: round(float(count / textures.source.size), 4)
-                for value, count in zip(values, counts)
-            },
-        },
-    }
+def _cells(sheet, columns, rows):
+    """A contact sheet as [rows, columns, h, w, 3], without a copy."""
+    height, width = sheet.shape[0] // rows, sheet.shape[1] // columns
+    return sheet.reshape(rows, height, columns, width, 3).swapaxes(1, 2)
 
 
 def sparse(weights):
@@ -139,27 +63,48 @@ def sparse(weights):
     }
 
 
-def write_manifest(folder, manifest):
-    """List the files of a bundle with their hashes and write avatar.json.
-
-    Args:
-        folder: the bundle, complete but for avatar.json.
-        manifest: everything but `files`.
-    """
+def list_files(folder):
+    """The files of a bundle but for avatar.json, as the manifest lists them."""
     folder = Path(folder)
-    files = []
-    for path in sorted(folder.rglob("*")):
-        name = path.relative_to(folder).as_posix()
-        if path.is_file() and name != MANIFEST:
-            files.append(
-                {
-                    "path": name,
-                    "role": ROLES.get(name, "web"),
-                    "bytes": path.stat().st_size,
-                    "sha256": digest_file(path),
-                }
-            )
-    write_bytes(folder / MANIFEST, record.dump(manifest | {"files": files}))
+    return [
+        {
+            "path": name,
+            "role": ROLES.get(name, "web" if name.startswith(f"{WEB}/") else "other"),
+            "bytes": path.stat().st_size,
+            "sha256": digest_file(path),
+        }
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and (name := path.relative_to(folder).as_posix()) != MANIFEST
+    ]
+
+
+def write_manifest(folder, manifest):
+    """Write avatar.json, with its digest of itself."""
+    write_bytes(Path(folder) / MANIFEST, schema.seal(manifest))
+
+
+def check_manifest(folder):
+    """The manifest, and what is wrong with it.
+
+    Returns:
+        the manifest; problems; notes about what a newer version may have added.
+
+    Raises:
+        BundleError: not a bundle, or one of a version that is not read.
+        InputError: the manifest is no file, or not JSON.
+    """
+    path = Path(folder) / MANIFEST
+    if not os.path.lexists(path):
+        raise BundleError(
+            f"{folder}: no bundle (it has no {MANIFEST}); give the folder that `bakery build` made"
+        )
+    data = read_bytes(path, record.LARGEST_JSON)
+    manifest = record.parse(path, data)
+    if trouble := schema.seal_problem(data, manifest):
+        return manifest, [f"{path}: {trouble}"], []
+    problems, notes = schema.findings(path, manifest)
+    unsafe = [f"{path}: {finding}" for finding in hostile.table_problems(manifest)]
+    return manifest, unsafe + problems, notes
 
 
 def read_manifest(folder):
@@ -168,28 +113,10 @@ def read_manifest(folder):
     Raises:
         BundleError: not a bundle, its manifest breaks the schema or says what no manifest may.
     """
-    import jsonschema
-
-    folder = Path(folder)
-    if not (folder / MANIFEST).is_file():
-        raise BundleError(
-            f"{folder}: no bundle (it has no {MANIFEST}); give the folder that `bakery build` made"
-        )
-    manifest = record.parse(folder / MANIFEST, read_bytes(folder / MANIFEST, record.LARGEST_JSON))
-    errors = list(jsonschema.Draft202012Validator(schema()).iter_errors(manifest))
-    if errors:
-        raise BundleError(
-            f"{folder / MANIFEST}: {schema_problem(errors[0])}; make the bundle again"
-        )
-    for finding in hostile.table_problems(manifest):
-        raise BundleError(f"{folder / MANIFEST}: {finding}; do not use this bundle")
+    manifest, problems, _ = check_manifest(folder)
+    if problems:
+        raise BundleError(f"{problems[0]}; make the bundle again")
     return manifest
-
-
-def schema_problem(error):
-    """A schema error in one line: where, and what."""
-    where = "/".join(str(step) for step in error.absolute_path) or "the manifest"
-    return f"{where}: {error.message[:160]}"
 
 
 def read_file(folder, manifest, path):
@@ -216,35 +143,56 @@ def read_textures(folder, manifest):
     Raises:
         BundleError: damaged.
     """
-    face = _parts(folder, manifest, "face.exr")
-    gaze = _parts(folder, manifest, "gaze.exr")
-    mouths = _parts(folder, manifest, "mouth.exr")
-    coverage = _parts(folder, manifest, "coverage.exr")
-    hair = _parts(folder, manifest, "hair.exr")
-    masks = _parts(folder, manifest, "masks.exr")
+    parts = {name: dict(_parts(folder, manifest, f"{name}.exr")) for name in PICTURES}
+    face, gaze, masks, coverage = (parts[name] for name in ("face", "gaze", "masks", "coverage"))
     try:
         textures = Textures(
             neutral=face["neutral"],
             keys=np.stack([face[key["part"]] for key in manifest["keys"]]),
             key_names=tuple(key["name"] for key in manifest["keys"]),
             key_weights=np.stack([dense(key["weights"]) for key in manifest["keys"]]),
-            source=coverage["source"].astype(np.uint8),
-            facing=coverage["facing"],
-            hair=hair["hair"],
+            source=coverage[manifest["coverage"]["source"]].astype(np.uint8),
+            facing=coverage[manifest["coverage"]["facing"]],
+            hair=parts["hair"][manifest["hair"]["part"]],
             gaze=np.stack([gaze[part] for part in manifest["gaze"]["parts"]]),
             gaze_directions=np.array(manifest["gaze"]["directions"], np.float64),
-            mouths=np.stack([mouths[part] for part in manifest["mouths"]["parts"]]),
+            mouths=_read_mouths(folder, manifest),
             mouth_landmarks=np.array(manifest["mouths"]["landmarks"], np.float64),
             mouth_weights=np.stack([dense(table) for table in manifest["mouths"]["weights"]]),
         )
-        channels = manifest["masks"]["channels"]
-        planes = [
-            masks[channels[name]["part"]][..., "RGBA".index(channels[name]["channel"])]
-            for name in EXPRESSIONS
-        ]
+        places = [manifest["masks"]["channels"][name] for name in EXPRESSIONS]
+        planes = [_channel(masks[place["part"]], place["channel"]) for place in places]
         return textures, np.stack(planes).astype(np.float32)
     except (KeyError, ValueError, IndexError) as error:
         raise BundleError(f"{folder}: its textures do not fit its manifest ({error})") from None
+
+
+def _channel(picture, name):
+    """One channel of a part: Y, or one of RGBA as before version 1.1."""
+    if name == "Y" and picture.ndim == 2:
+        return picture
+    return picture[..., "RGBA".index(name)]
+
+
+def _read_mouths(folder, manifest):
+    """The mouths [M, h, w, 3] float16, sheet after sheet: all sheets at once would be as much again."""
+    table = manifest["mouths"]
+    columns, rows = table.get("columns", 1), table.get("rows", 1)
+    count, size = len(table["landmarks"]), columns * rows
+    sheets = {name: number for number, name in enumerate(table["parts"])}
+    if not size * (len(sheets) - 1) < count <= size * len(sheets):
+        raise ValueError(f"{count} mouths in {len(sheets)} parts of {size}")
+    mouths = None
+    for name, sheet in _parts(folder, manifest, "mouth.exr"):
+        first = size * sheets.pop(name)
+        cells = _cells(sheet, columns, rows)
+        if mouths is None:
+            mouths = np.empty((count, *cells.shape[2:]), np.float16)
+        for cell, mouth in enumerate(mouths[first : first + size]):
+            mouth[:] = cells[divmod(cell, columns)]
+    if sheets:
+        raise ValueError(f"no part {', '.join(sheets)}")
+    return mouths
 
 
 def read_photo(folder, manifest):
@@ -262,7 +210,7 @@ def dense(table):
 
 
 def _parts(folder, manifest, path):
-    return exr.parse_exr(Path(folder) / path, read_file(folder, manifest, path))
+    return exr.read_parts(Path(folder) / path, read_file(folder, manifest, path))
 
 
 def summary(folder, manifest):
@@ -291,7 +239,7 @@ def summary(folder, manifest):
         "source type": manifest["provenance"]["digitalSourceType"].rsplit("/", 1)[-1],
         "keys": [key["name"] for key in manifest["keys"]],
         "gaze": len(manifest["gaze"]["parts"]),
-        "mouths": len(manifest["mouths"]["parts"]),
+        "mouths": len(manifest["mouths"]["landmarks"]),
         "lods": [lod["triangles"] for lod in manifest["lods"]],
         "channels": status,
         "coverage": manifest["coverage"]["shares"],

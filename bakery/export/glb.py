@@ -38,14 +38,12 @@ class Surface:
         check_array("Surface.shapes", self.shapes, (None, count, 3))
 
 
-def write_glb(path, levels, carriers, shape_names, texture, cards, generator):
-    """Write a head.
+def write_glb(path, levels, shape_names, texture, cards, generator):
+    """Write a head: one node a level of detail, the finest in the scene.
 
     Args:
         path: where to.
         levels: a list of Surfaces a level of detail, finest first.
-        carriers: Surfaces that only the runtime shows (mouth sheet, eye caps); they stand in a scene
-            of their own.
         shape_names: [E] names of the morph targets.
         texture: bytes of a JPEG or PNG, the atlas.
         cards: bytes of a PNG with alpha, the picture of the CLEAR materials, or None without them.
@@ -70,22 +68,42 @@ def write_glb(path, levels, carriers, shape_names, texture, cards, generator):
         )
         document.textures.append(gltf.Texture(source=1, sampler=0))
     document.extensionsUsed = ["KHR_materials_unlit", "MSFT_lod"]
-    names = list(dict.fromkeys(piece.name for level in [*levels, carriers] for piece in level))
+    names = list(dict.fromkeys(piece.name for level in levels for piece in level))
     document.materials = [_material(name) for name in names]
-
     for number, level in enumerate(levels):
         _add_mesh(document, made, f"head_lod{number}", level, names, shape_names)
-    finest = document.nodes[0]
     if len(levels) > 1:
-        finest.extensions = {"MSFT_lod": {"ids": list(range(1, len(levels)))}}
-    for piece in carriers:
-        _add_mesh(document, made, piece.name, [piece], names, shape_names)
+        document.nodes[0].extensions = {"MSFT_lod": {"ids": list(range(1, len(levels)))}}
     document.scenes = [gltf.Scene(name="head", nodes=[0])]
-    if carriers:
-        rest = list(range(len(levels), len(document.nodes)))
-        document.scenes.append(gltf.Scene(name="carriers", nodes=rest))
-    document.scene = 0
+    _write(path, document, made)
 
+
+def write_proxies(path, proxies, shape_names, generator):
+    """Write the meshes that carry the pictures of mouth and eyes: a node each, without a picture.
+
+    They have a file of their own because engines draw all scenes of a file: over the head's own
+    mouth and eyes.
+
+    Args:
+        path: where to.
+        proxies: Surfaces, by the names of their rectangles in the atlas; uv are the atlas's.
+        shape_names: [E] names of the morph targets.
+        generator: name and version of the program.
+    """
+    made = _Writer()
+    document = gltf.GLTF2(asset=gltf.Asset(version="2.0", generator=generator))
+    document.extensionsUsed = ["KHR_materials_unlit"]
+    names = [piece.name for piece in proxies]
+    document.materials = [_unlit(name) for name in names]
+    for piece in proxies:
+        _add_mesh(document, made, piece.name, [piece], names, shape_names)
+    document.scenes = [gltf.Scene(name="proxies", nodes=list(range(len(names))))]
+    _write(path, document, made)
+
+
+def _write(path, document, made):
+    made.finish()
+    document.scene = 0
     document.accessors = made.accessors
     document.bufferViews = made.views
     document.buffers = [gltf.Buffer(byteLength=len(made.data))]
@@ -96,11 +114,15 @@ def write_glb(path, levels, carriers, shape_names, texture, cards, generator):
 def _material(name):
     if name in CLEAR:
         return _clear_material(name)
+    material = _unlit(name)
+    material.pbrMetallicRoughness.baseColorTexture = gltf.TextureInfo(index=0)
+    return material
+
+
+def _unlit(name):
     return gltf.Material(
         name=name,
-        pbrMetallicRoughness=gltf.PbrMetallicRoughness(
-            baseColorTexture=gltf.TextureInfo(index=0), metallicFactor=0.0, roughnessFactor=0.9
-        ),
+        pbrMetallicRoughness=gltf.PbrMetallicRoughness(metallicFactor=0.0, roughnessFactor=0.9),
         alphaMode="OPAQUE",
         alphaCutoff=None,
         extensions={"KHR_materials_unlit": {}},
@@ -166,6 +188,20 @@ class _Writer:
         self.data = bytearray()
         self.views = []
         self.accessors = []
+        self.resting = []  # accessors of shapes that move nothing
+
+    def finish(self):
+        """Give all shapes that move nothing one view of zeros.
+
+        glTF takes accessors without a view for zeros; assimp, VTK, Bevy, glTFast and UnityGLTF
+        refuse the file.
+        """
+        if self.resting:
+            most = max(accessor.count for accessor in self.resting)
+            zeros = self.view(bytes(12 * most), gltf.ARRAY_BUFFER)
+            self.views[zeros].byteStride = 12  # which a view of several accessors must state
+            for accessor in self.resting:
+                accessor.bufferView, accessor.byteOffset = zeros, 0
 
     def view(self, content, target=None):
         """Append bytes, aligned to four; returns the view's index."""
@@ -221,7 +257,9 @@ class _Writer:
             type=gltf.VEC3,
             **_limits(values),
         )
-        if len(moving):
+        if not len(moving):
+            self.resting.append(accessor)
+        else:
             index = moving.astype(np.uint32 if wide else np.uint16)
             accessor.sparse = gltf.Sparse(
                 count=len(moving),

@@ -30,21 +30,21 @@ ROUNDS = 6  # of simplification at most, each more aggressive than the last
 
 
 def head_surfaces(head, neutral):
-    """The head of one person as surfaces.
+    """The head of one person, neutral [V, 3] mm, as a list of Surfaces."""
+    found = _surfaces(head, neutral, MATERIALS)
+    return [_on_own_picture(piece, card_rectangle(head)) for piece in found]
 
-    Args:
-        head: HeadModel.
-        neutral: [V, 3] mm.
 
-    Returns:
-        surfaces of the head itself, and those of the carriers.
-    """
+def proxy_surfaces(head, neutral):
+    """What a player shows in place of mouth and eyes, as a list of Surfaces."""
+    return _surfaces(head, neutral, {name: (name,) for name in CARRIERS})
+
+
+def _surfaces(head, neutral, named):
     neutral = np.asarray(neutral, np.float32)
     shapes = shape_displacements(head, neutral)
-    inside = [cut_surface(head, neutral, shapes, name, parts) for name, parts in MATERIALS.items()]
-    carriers = [cut_surface(head, neutral, shapes, name, (name,)) for name in CARRIERS]
-    inside = [_on_own_picture(piece, card_rectangle(head)) for piece in inside if piece]
-    return inside, [piece for piece in carriers if piece]
+    found = [cut_surface(head, neutral, shapes, name, parts) for name, parts in named.items()]
+    return [piece for piece in found if piece]
 
 
 def _on_own_picture(piece, box):

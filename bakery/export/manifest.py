@@ -6,10 +6,12 @@ import numpy as np
 
 from bakery import __version__
 from bakery.export import bundle as files
+from bakery.export import layout
 from bakery.export.lod import COARSE, SHARES, head_surfaces, simplify
+from bakery.export.schema import VERSION
 from bakery.formats import record
 from bakery.heads.base import CARDS, HeadModel
-from bakery.types import EXPRESSIONS, Fit, Photo, Textures
+from bakery.types import EXPRESSIONS, Fit, Maker, Photo, Textures
 
 GEOMETRY = 0.1  # mm at weight 1; less is no movement
 WEAK = 1.0  # mm; less is only an approximation of the shape
@@ -17,18 +19,28 @@ IPTC = "http://cv.iptc.org/newscodes/digitalsourcetype/"
 
 
 def levels_of_detail(head, neutral):
-    """The head at each share of its triangles.
+    """The head at each share of its triangles: a list of Surfaces a level, finest first.
 
-    Returns:
-        a list of Surfaces a level, finest first; the Surfaces of the carriers. Seen from so far that
-        the coarsest level will do, lashes are gone.
+    Seen from so far that the coarsest level will do, lashes are gone.
     """
-    surfaces, carriers = head_surfaces(head, neutral)
+    surfaces = head_surfaces(head, neutral)
     levels = []
     for share in SHARES:
         shown = [piece for piece in surfaces if share >= COARSE or piece.name not in CARDS]
         levels.append([simplify(piece, share) for piece in shown])
-    return levels, carriers
+    return levels
+
+
+def describe_levels(levels):
+    """What the manifest says of the levels of detail in head.glb."""
+    return [
+        {
+            "node": f"head_lod{number}",
+            "vertices": sum(len(piece.vertices) for piece in level),
+            "triangles": sum(len(piece.faces) for piece in level),
+        }
+        for number, level in enumerate(levels)
+    ]
 
 
 def channels(head, textures, masks):
@@ -67,63 +79,133 @@ class Baked:
     textures: Textures
     masks: np.ndarray  # [E, m, m] float32 0..1
     findings: list  # of assess.Finding
-    generator: object  # generators.base.Generator
-    detector: str  # what found the landmarks
+    generator: Maker  # of the textures
+    detector: Maker  # of the landmarks
+    recipe: str = ""  # SHA-256 over all that the bundle depends on; "" if unknown
 
 
-def manifest(baked, levels, web):
-    """Everything that avatar.json says, but for the list of files.
+def manifest(baked, exported, listed):
+    """Everything that avatar.json says, but for its digest of itself.
 
     Args:
         baked: Baked.
-        levels: from `levels_of_detail`.
-        web: table of runtime.web.web_files.
+        exported: what each exporter says for the manifest, a list of tables.
+        listed: the bundle's files, from export.bundle.list_files.
     """
-    head, photo, fit = baked.head, baked.photo, baked.fit
-    textures, masks = baked.textures, baked.masks
-    height, width = photo.encoded.shape[:2]
-    fitted = record.fit_to_table(fit)
-    del fitted["seconds"]  # a time would differ from bake to bake
-    fitted["diagnostics"] = {k: v for k, v in fitted["diagnostics"].items() if "seconds" not in k}
+    head = baked.head
+    photo = [entry["path"] for entry in listed if entry["role"] == "photo"]
     return {
         "$schema": "urn:bakery:schema:avatar-1",
-        "asset": {"version": "1.0", "generator": f"bakery {__version__}"},
-        "conventions": files.CONVENTIONS,
+        "asset": {"version": VERSION, "generator": f"bakery {__version__}"},
+        "conventions": layout.CONVENTIONS,
         "expressions": list(EXPRESSIONS),
-        **files.describe_textures(textures, masks),
+        **_textures_table(baked.textures, baked.masks),
         "uv": {name: [round(x, 6) for x in box] for name, box in head.uv_rectangles.items()},
-        "lods": [
-            {
-                "node": f"head_lod{number}",
-                "vertices": sum(len(piece.vertices) for piece in level),
-                "triangles": sum(len(piece.faces) for piece in level),
-            }
-            for number, level in enumerate(levels)
-        ],
+        "lods": [],
         "head": {
             "name": head.name,
             "licence": head.licence,
             "source": head.source,
             "sha256": head.digest,
         },
-        "fit": fitted,
-        "channels": channels(head, textures, masks),
+        "fit": _fit_table(baked.fit),
+        "channels": channels(head, baked.textures, baked.masks),
         "warnings": [vars(finding) for finding in baked.findings],
-        "provenance": {
-            "input": {
-                "sha256": photo.sha256,
-                "width": width,
-                "height": height,
-                "notes": list(photo.notes),
-            },
-            "generator": baked.generator.name,
-            "detector": baked.detector,
-            "digitalSourceType": IPTC + baked.generator.source_type,
-            "licences": {
-                "bakery": "Apache-2.0",
-                f"head model {head.name}": head.licence,
-                "portrait": "as its owner says; the person shown must agree to the avatar",
+        "provenance": _provenance(baked),
+        **({"photo": photo[0]} if photo else {}),
+        **_said(exported),
+        "files": listed,
+    }
+
+
+def _said(exported):
+    """What the exporters say, as one table; the extras of several stand side by side."""
+    out = {}
+    for table in exported:
+        extras = out.get("extras", {}) | table.get("extras", {})
+        out |= table
+        if extras:
+            out["extras"] = extras
+    return out
+
+
+def _fit_table(fit):
+    table = record.fit_to_table(fit)
+    del table["seconds"]  # a time would differ from bake to bake
+    table["diagnostics"] = {k: v for k, v in table["diagnostics"].items() if "seconds" not in k}
+    return table
+
+
+def _provenance(baked):
+    height, width = baked.photo.encoded.shape[:2]
+    return {
+        "input": {
+            "sha256": baked.photo.sha256,
+            "width": width,
+            "height": height,
+            "notes": list(baked.photo.notes),
+        },
+        "generator": baked.generator.name,
+        "detector": baked.detector.name,
+        "models": {"generator": _model(baked.generator), "detector": _model(baked.detector)},
+        **({"recipe": baked.recipe} if baked.recipe else {}),
+        "digitalSourceType": IPTC + baked.generator.source_type,
+        "licences": {
+            "bakery": "Apache-2.0",
+            f"head model {baked.head.name}": baked.head.licence,
+            "portrait": "as its owner says; the person shown must agree to the avatar",
+        },
+    }
+
+
+def _model(maker):
+    """Version and digest of a Maker, as far as they are known."""
+    known = {"version": maker.version, "sha256": maker.sha256}
+    return {name: value for name, value in known.items() if value}
+
+
+def _textures_table(textures, masks):
+    """What stands in which part of the EXR files; export.bundle.write_textures puts it there."""
+    values, counts = np.unique(textures.source, return_counts=True)
+    mouths = len(textures.mouths)
+    columns, rows = layout.mouth_grid(mouths)
+    return {
+        "keys": [
+            {"name": name, "part": name, "weights": files.sparse(weights)}
+            for name, weights in zip(textures.key_names, textures.key_weights)
+        ],
+        "hair": {
+            "file": "hair.exr",
+            "part": "hair",
+            "layout": "RGBA over the face texture, colour multiplied by alpha; lashes in uv/cards",
+        },
+        "gaze": {
+            "file": "gaze.exr",
+            "parts": layout.gaze_parts(len(textures.gaze)),
+            "directions": record.numbers(textures.gaze_directions, 4),
+            "layout": "the cap of the left eye on the left, that of the right eye on the right",
+        },
+        "mouths": {
+            "file": "mouth.exr",
+            "parts": layout.mouth_parts(mouths),
+            "columns": columns,
+            "rows": rows,
+            "landmarks": record.numbers(textures.mouth_landmarks, 5),
+            "weights": [files.sparse(weights) for weights in textures.mouth_weights],
+        },
+        "masks": {
+            "file": "masks.exr",
+            "resolution": int(masks.shape[1]),
+            "channels": {name: {"part": name, "channel": "Y"} for name in EXPRESSIONS},
+        },
+        "coverage": {
+            "file": "coverage.exr",
+            "source": "source",
+            "facing": "facing",
+            "values": {str(value): name for value, name in layout.SOURCES.items()},
+            "shares": {
+                layout.SOURCES[int(value)]: round(float(count / textures.source.size), 4)
+                for value, count in zip(values, counts)
             },
         },
-        "web": web,
     }

@@ -5,11 +5,10 @@ from pathlib import Path
 from bakery.errors import BundleError, ModelError
 from bakery.export import bundle as files
 from bakery.export import hostile
+from bakery.export.layout import RIG
 from bakery.formats import record
 from bakery.heads.file import load_head
 from bakery.runtime.avatar import Avatar
-
-RIG = "head.npz"  # the person as a head model without identity modes, for the runtime
 
 
 def open_avatar(path):

@@ -1,70 +1,82 @@
 """What is wrong with a bundle: a list of findings, nothing opened before it is known to be safe."""
 
-import json
 import os
-import stat
-import struct
+from dataclasses import dataclass
 from pathlib import Path
 
 from bakery.errors import BakeryError
-from bakery.export import bundle, hostile
+from bakery.export import bundle, hostile, schema
+from bakery.export.layout import RIG, ROLES
+from bakery.export.validate_glb import glb_problems
 from bakery.export.web import files as web
 from bakery.formats import exr, record
 from bakery.formats.image_header import read_header
 from bakery.formats.place import MANIFEST, is_litter
+from bakery.heads.base import CARRIERS
+from bakery.heads.file import load_head
 from bakery.types import EXPRESSIONS
 
 MOST = 50  # findings that are listed
 NEEDED = (
-    "head.glb",
+    RIG,
     "face.exr",
     "masks.exr",
     "coverage.exr",
     "hair.exr",
     "gaze.exr",
     "mouth.exr",
-    "preview.png",
 )
+CLOSE = 1e-4  # chromaticities
 
 
-def problems(folder):
+@dataclass(frozen=True)
+class Report:
+    """What was found in a bundle; each finding is one line."""
+
+    problems: list[str]  # none in a good bundle
+    notes: list[str]  # what this version does not know, in a bundle of a newer minor version
+
+
+def problems(folder) -> list[str]:
+    """The problems of `examine`."""
+    return examine(folder).problems
+
+
+def examine(folder) -> Report:
     """Everything that is wrong with a bundle.
 
-    Hashes come first; only files that are what was written are looked into, headers before pixels.
+    The manifest comes first, by its digest of itself, then hashes; only files that are what was
+    written are looked into, headers before pixels.
 
     Args:
         folder: the bundle.
-
-    Returns:
-        list of one-line findings, empty for a good bundle.
     """
     folder = Path(folder)
-    if not folder.is_dir():
-        return [f"{folder}: not a folder"]
     path = folder / MANIFEST
+    if not folder.is_dir():
+        return Report([f"{folder}: not a folder"], [])
+    if path.is_symlink():
+        return Report([f"{MANIFEST}: a link; bundles hold plain files only"], [])
     try:
-        if not stat.S_ISREG(os.lstat(path).st_mode):
-            return [f"{MANIFEST}: not a plain file"]
-        manifest = record.parse(MANIFEST, bundle.read_bytes(path, record.LARGEST_JSON))
-    except (OSError, BakeryError) as error:
-        return [f"{MANIFEST}: {getattr(error, 'strerror', None) or error}"]
-    found = _schema_problems(manifest) + [
-        f"{MANIFEST}: {finding}" for finding in hostile.table_problems(manifest)
-    ]
+        manifest, found, notes = bundle.check_manifest(folder)
+    except BakeryError as error:
+        return Report([_relative(error, folder)], [])
+    notes = [_relative(note, folder) for note in notes]
     if found:
-        return found[:MOST]
+        return Report([_relative(line, folder) for line in found[:MOST]], notes[:MOST])
     found, good = _file_problems(folder, manifest)
     found += _meaning_problems(manifest)
     for name in good:
-        found += _content_problems(folder / name, name, manifest)
-    return found[:MOST]
+        more, newer = _content_problems(folder / name, name, manifest)
+        found += more
+        notes += newer
+    if not found:
+        found = _head_problems(folder / RIG, manifest)
+    return Report(found[:MOST], notes[:MOST])
 
 
-def _schema_problems(manifest):
-    import jsonschema
-
-    checker = jsonschema.Draft202012Validator(bundle.schema())
-    return [f"{MANIFEST}: {bundle.schema_problem(e)}" for e in checker.iter_errors(manifest)]
+def _relative(line, folder):
+    return str(line).replace(f"{folder}{os.sep}", "")
 
 
 def _file_problems(folder, manifest):
@@ -81,7 +93,10 @@ def _file_problems(folder, manifest):
             found.append(f"{name}: {trouble}")
         else:
             good.append(name)
-    found += [f"{name}: missing from the list of files" for name in NEEDED if name not in listed]
+    needed = [*NEEDED, *(["head.glb"] if manifest["lods"] else [])]
+    needed += [atlas["file"] for atlas in manifest.get("web", {}).values()]
+    needed += [manifest["photo"]] if "photo" in manifest else []
+    found += [f"{name}: missing from the list of files" for name in needed if name not in listed]
     for here, folders, files in os.walk(folder):
         for name in sorted(folders + files):
             path = Path(here) / name
@@ -106,7 +121,9 @@ def _meaning_problems(manifest):
     gaze, mouths = manifest["gaze"], manifest["mouths"]
     if len(gaze["parts"]) != len(gaze["directions"]):
         found.append("gaze: parts and directions differ in number")
-    if not len(mouths["parts"]) == len(mouths["landmarks"]) == len(mouths["weights"]):
+    count, sheets = len(mouths["landmarks"]), len(mouths["parts"])
+    size = mouths.get("columns", 1) * mouths.get("rows", 1)
+    if len(mouths["weights"]) != count or not size * (sheets - 1) < count <= size * sheets:
         found.append("mouths: parts, landmarks and weights differ in number")
     if len({len(row) for row in mouths["landmarks"]}) > 1:
         found.append("mouths: landmarks differ in number")
@@ -121,88 +138,105 @@ def _meaning_problems(manifest):
 
 
 def _content_problems(path, name, manifest):
+    """Problems and notes about what is in a file."""
+    minor = schema.read_version(MANIFEST, manifest)
     try:
+        if name not in ROLES and not name.startswith(f"{web.FOLDER}/"):
+            return [], []
         if name.endswith(".exr"):
             return _exr_problems(path, name, manifest)
+        if name == "head.glb":
+            nodes = [lod["node"] for lod in manifest["lods"]]
+            return glb_problems(name, bundle.read_bytes(path), nodes, minor), []
         if name.endswith(".glb"):
-            return _glb_problems(path, name, manifest)
+            meshes = ["head"] if name.startswith(f"{web.FOLDER}/") else CARRIERS
+            return glb_problems(name, bundle.read_bytes(path), meshes, minor), []
         if name == web.DESCRIPTION:
             return _web_problems(path, name, manifest)
         if name.endswith((".png", ".webp", ".jpg")):
             header = read_header(name, bundle.read_bytes(path), smallest=1)
             if header.focal_35mm or header.orientation != 1:
-                return [f"{name}: carries EXIF"]
+                return [f"{name}: carries EXIF"], []
     except BakeryError as error:
-        return [str(error).replace(str(path), name)]
+        return [str(error).replace(str(path), name)], []
+    return [], []
+
+
+def _head_problems(path, manifest):
+    """The person as a head model: it opens, and lies on the atlas that the manifest tells of.
+
+    It is opened whole, so this comes last, in a bundle with nothing else wrong.
+    """
+    try:
+        head = load_head(path)
+    except BakeryError as error:
+        return [str(error).replace(str(path), path.name)]
+    if set(head.uv_rectangles) != set(manifest["uv"]):
+        return [f"{path.name}: its rectangles are not those of the manifest's uv"]
     return []
 
 
-def _exr_problems(path, name, manifest):
-    headers = {part.name: part for part in exr.read_header(path)}
-    wanted, channels, color = {
-        "face.exr": (["neutral", *(key["part"] for key in manifest["keys"])], "BGR", exr.LINEAR),
-        "hair.exr": ([manifest["hair"]["part"]], "ABGR", exr.LINEAR),
-        "gaze.exr": (manifest["gaze"]["parts"], "BGR", exr.LINEAR),
-        "mouth.exr": (manifest["mouths"]["parts"], "BGR", exr.LINEAR),
+def _exr_layout(manifest):
+    """File -> what its parts must be: their names, channels and colorInteropID."""
+    masks = manifest["masks"]["channels"].values()
+    coverage = manifest["coverage"]
+    return {
+        "face.exr": (["neutral", *(key["part"] for key in manifest["keys"])], "RGB", exr.LINEAR),
+        "hair.exr": ([manifest["hair"]["part"]], "RGBA", exr.LINEAR),
+        "gaze.exr": (manifest["gaze"]["parts"], "RGB", exr.LINEAR),
+        "mouth.exr": (manifest["mouths"]["parts"], "RGB", exr.LINEAR),
         "masks.exr": (
-            sorted({place["part"] for place in manifest["masks"]["channels"].values()}),
-            "ABGR",
+            sorted({place["part"] for place in masks}),
+            "Y" if all(place["channel"] == "Y" for place in masks) else "RGBA",
             exr.DATA,
         ),
-        "coverage.exr": (
-            [manifest["coverage"]["source"], manifest["coverage"]["facing"]],
-            "Y",
-            exr.DATA,
-        ),
-    }.get(name, ([], "", ""))
+        "coverage.exr": ([coverage["source"], coverage["facing"]], "Y", exr.DATA),
+    }
+
+
+def _exr_problems(path, name, manifest):
+    minor = schema.read_version(MANIFEST, manifest)
+    headers = {part.name: part for part in exr.read_header(path)}
+    layout = _exr_layout(manifest)
+    wanted, channels, color = layout[name]
     found = [f"{name}: lacks part '{part}'" for part in wanted if part not in headers]
-    found += [f"{name}: unknown part '{part}'" for part in headers if part not in wanted]
-    sizes = set()
-    for part in headers.values():
-        sizes.add((part.width, part.height))
-        if sorted(part.channels) != sorted(channels):
-            found.append(f"{name}: part '{part.name}' has channels {', '.join(part.channels)}")
+    unknown = [f"{name}: unknown part '{part}'" for part in headers if part not in wanted]
+    if minor >= 1 and name == "masks.exr" and channels != "Y":
+        found.append(f"{name}: has not one part with the channel Y for each expression")
+    known = [headers[part] for part in wanted if part in headers]
+    for part in known:
+        if part.channels != channels:
+            found.append(f"{name}: part '{part.name}' has channels {part.channels}")
         if part.color != color:
             found.append(f"{name}: part '{part.name}' is not marked as {color}")
-        if part.compression != "ZIP_COMPRESSION":
-            found.append(f"{name}: part '{part.name}' is not packed by ZIP")
-    if len(sizes) > 1:
+        if minor >= 1 and not _has_chromaticities(part, color):
+            which = "those of Rec.709" if color == exr.LINEAR else "none, for it is data"
+            found.append(f"{name}: part '{part.name}' has other chromaticities; it needs {which}")
+    if len({(part.width, part.height) for part in known}) > 1:
         found.append(f"{name}: its parts differ in size")
-    return found
+    if name == "mouth.exr" and known:
+        columns, rows = (manifest["mouths"].get(key, 1) for key in ("columns", "rows"))
+        if known[0].width % columns or known[0].height % rows:
+            found.append(f"{name}: does not divide into {columns} x {rows} mouths")
+    newer = minor > schema.MINOR
+    return (found, unknown) if newer else (found + unknown, [])
+
+
+def _has_chromaticities(part, color):
+    wanted = exr.REC709 if color == exr.LINEAR else ()
+    return len(part.chromaticities) == len(wanted) and all(
+        abs(have - want) < CLOSE for have, want in zip(part.chromaticities, wanted)
+    )
 
 
 def _web_problems(path, name, manifest):
     """The description for browsers: its own schema, and only files of the bundle."""
-    import jsonschema
-
     table = record.parse(name, bundle.read_bytes(path, record.LARGEST_JSON))
-    checker = jsonschema.Draft202012Validator(bundle.schema(web.SCHEMA))
-    found = [f"{name}: {bundle.schema_problem(e)}" for e in checker.iter_errors(table)]
-    if found:
-        return found
-    listed = {entry["path"] for entry in manifest["files"]}
-    for atlas in table["atlases"].values():
-        if f"{web.FOLDER}/{atlas['file']}" not in listed:
-            found.append(f"{name}: names {atlas['file']}, which is not in the list of files")
-    return found
-
-
-def _glb_problems(path, name, manifest):
-    with open(path, "rb") as file:
-        start = file.read(20)
-        if len(start) < 20 or start[:4] != b"glTF":
-            return [f"{name}: not binary glTF"]
-        version, length, chunk = struct.unpack("<III", start[4:16])
-        if version != 2 or length != path.stat().st_size or chunk > length - 20:
-            return [f"{name}: damaged"]
-        text = file.read(chunk)
-    try:
-        document = json.loads(text)
-        meshes = {mesh["name"]: mesh["extras"]["targetNames"] for mesh in document["meshes"]}
-    except (ValueError, KeyError, TypeError, RecursionError):
-        return [f"{name}: its description is damaged"]
-    wanted = ["head"] if name == web.HEAD else [lod["node"] for lod in manifest["lods"]]
-    found = [f"{name}: lacks {node}" for node in wanted if node not in meshes]
-    if any(tuple(names) != EXPRESSIONS for names in meshes.values()):
-        found.append(f"{name}: its morph targets are not the 52 ARKit names in order")
-    return found
+    found, notes = schema.findings(name, table, schema.WEB)
+    if not found:
+        listed = {entry["path"] for entry in manifest["files"]}
+        named = [f"{web.FOLDER}/{atlas['file']}" for atlas in table["atlases"].values()]
+        for path in [web.head_path(table), *named]:
+            if path not in listed:
+                found.append(f"{name}: names {path}, which is not in the list of files")
+    return found, notes

@@ -32,8 +32,13 @@ def digest_file(path):
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def read_bytes(path, largest=LARGEST):
+def read_bytes(path, largest=LARGEST, first=-1):
     """The bytes of an ordinary file.
+
+    Args:
+        path: the file.
+        largest: bytes that it may have.
+        first: read no more than so many; -1 for all.
 
     Raises:
         InputError: missing, a folder or a device, empty, unreadable, or above `largest` bytes.
@@ -49,7 +54,7 @@ def read_bytes(path, largest=LARGEST):
                 raise InputError(
                     f"{path}: {about.st_size / 2**20:.0f} MiB; at most {largest / 2**20:.0f} MiB are read"
                 )
-            data = file.read()
+            data = file.read(first)
     except FileNotFoundError:
         raise InputError(f"{path}: no such file; check the path") from None
     except IsADirectoryError:
@@ -146,8 +151,8 @@ def _sync(handle):
             raise
 
 
-def disk_error(path, error):
-    """The OSError of a write as a DiskError that says what to do."""
+def disk_error(path, error, trouble="cannot be written"):
+    """The OSError of a write, or of another use, as a DiskError that says what to do."""
     advice = {
         errno.ENOSPC: "free some space, or write to another disk",
         errno.EDQUOT: "free some space, or write to another disk",
@@ -156,4 +161,4 @@ def disk_error(path, error):
         errno.ENAMETOOLONG: "give a shorter name",
     }.get(error.errno, "check the path")
     reason = error.strerror or type(error).__name__
-    return DiskError(f"{path}: cannot be written ({reason}); {advice}")
+    return DiskError(f"{path}: {trouble} ({reason}); {advice}")

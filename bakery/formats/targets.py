@@ -7,18 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from bakery.errors import UsageProblem, no_such
+from bakery.preset import find
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 LISTED = "`bakery shapes` lists all"  # ends the message about a name that is not known
 PLAIN = "named"  # of NAMED: its expressions go by their names alone
 NAMED = {"named": PLAIN, "keys": "key", "visemes": "viseme"}  # file -> before the names in it
-
-
-def presets_folder():
-    """Inside an installed package, or beside it in a checkout."""
-    package = Path(__file__).resolve().parents[1]
-    inside = package / "presets"
-    return inside if inside.is_dir() else package.parent / "presets"
 
 
 def weight_rows(tables, where):
@@ -52,7 +46,7 @@ def named_expressions():
     """
     found = {}
     for file, kind in NAMED.items():
-        path = presets_folder() / "expressions" / f"{file}.toml"
+        path = find(f"expressions/{file}.toml")
         for name, table in tomllib.loads(path.read_text(encoding="utf-8")).items():
             found[name if kind == PLAIN else f"{kind}:{name}"] = table
     return found

@@ -145,7 +145,7 @@ def _facts(manifest):
         ["Made by", plain(manifest["asset"]["generator"])],
         ["Head", plain(manifest["head"]["name"])],
         ["Source type", plain(source)],
-        ["Mouths", str(len(manifest["mouths"]["parts"]))],
+        ["Mouths", str(len(manifest["mouths"]["landmarks"]))],
         ["Gaze pictures", str(len(manifest["gaze"]["parts"]))],
         ["Warnings", warnings],
     ]
@@ -154,7 +154,7 @@ def _facts(manifest):
 def _data(description, about, files):
     yield _json("description", description)
     yield _json("page", about)
-    wanted = [web.HEAD] + [
+    wanted = [web.head_path(description)] + [
         f"{web.FOLDER}/{atlas['file']}" for atlas in description["atlases"].values()
     ]
     for name in wanted:

@@ -8,6 +8,7 @@ import pytest
 
 from bakery.export import bundle as files
 from bakery.export.open import open_avatar
+from bakery.export.schema import seal
 from bakery.export.validate import problems
 
 SMALL = ["--preset", "small", "--set", "texture.mouths=3", "--set", "texture.views=[0.0]"]
@@ -76,7 +77,7 @@ def edit(change):
     def apply(folder):
         manifest = json.loads((folder / "avatar.json").read_text())
         change(manifest)
-        (folder / "avatar.json").write_text(json.dumps(manifest))
+        (folder / "avatar.json").write_bytes(seal(manifest))
 
     return apply
 
@@ -92,7 +93,7 @@ CASES = {
     "missing": (lambda f: (f / "masks.exr").unlink(), "masks.exr: missing"),
     "extra": (lambda f: (f / "web" / "virus.exe").touch(), "virus.exe'.*: not in the list"),
     "link": (link, "face.exr: a link"),
-    "no manifest": (lambda f: (f / "avatar.json").unlink(), "avatar.json: No such file"),
+    "no manifest": (lambda f: (f / "avatar.json").unlink(), "it has no avatar.json"),
     "no json": (lambda f: (f / "avatar.json").write_text("{"), "avatar.json: not valid JSON"),
     "deep json": (lambda f: (f / "avatar.json").write_text("[" * 99999), "not valid JSON"),
     "no keys": (edit(lambda m: m.pop("keys")), "'keys' is a required property"),
@@ -106,7 +107,7 @@ CASES = {
     "gaze": (edit(lambda m: m["gaze"]["directions"].pop()), "directions differ"),
     "uv": (edit(lambda m: m["uv"].update(mouth_sheet=[0.9, 0, 0.5, 0.1])), "out of the atlas"),
     "part": (edit(lambda m: m["keys"][0].update(part="nose")), "lacks part 'nose'"),
-    "camera": (edit(lambda m: m["fit"]["camera"].update(focal=-1)), "focal length"),
+    "camera": (edit(lambda m: m["fit"]["camera"].update(focal=-1)), "fit/camera/focal: "),
 }
 
 

@@ -13,10 +13,11 @@ import OpenEXR
 import pytest
 
 from bakery.errors import BundleError
-from bakery.export import hostile
+from bakery.export import hostile, schema
 from bakery.export.open import open_avatar
 from bakery.export.validate import problems
 from bakery.formats import exr
+from bakery.formats.files import digest
 
 
 @pytest.fixture
@@ -29,7 +30,7 @@ def rewrite(folder, change):
     path = folder / "avatar.json"
     manifest = json.loads(path.read_text())
     change(manifest)
-    path.write_text(json.dumps(manifest, ensure_ascii=False))
+    path.write_bytes(schema.seal(manifest))
 
 
 def swap(folder, name, data):
@@ -134,7 +135,9 @@ def raw(old, new):
         path = folder / "avatar.json"
         data = path.read_text()
         assert old in data
-        path.write_text(data.replace(old, new, 1))
+        stated = json.loads(data)["sha256"]
+        blank = data.replace(old, new, 1).replace(stated, schema.BLANK)
+        path.write_text(blank.replace(schema.BLANK, digest(blank.encode())))
 
     return change
 
@@ -178,7 +181,7 @@ def test_refused_before_a_pixel_is_opened(copy, case, monkeypatch):
     def opened(*_):
         raise AssertionError("a pixel was opened")
 
-    monkeypatch.setattr(exr, "parse_exr", opened)
+    monkeypatch.setattr(exr, "_picture", opened)
     monkeypatch.setattr("cv2.imdecode", opened)
     monkeypatch.setattr("numpy.load", opened)
     found = problems(copy)

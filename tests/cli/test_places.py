@@ -17,7 +17,11 @@ READ = {  # options that name a file or folder to read
     "landmarks", "fitted", "textures", "masks", "photos", "dense", "rendered", "backgrounds",
     "skins", "pairs", "features", "portraits", "points", "wheel", "curves", "sound", "take",
 }  # fmt: skip
-FILES = {"output", "mask"}  # to write: a file, or a folder where the command makes several files
+FILES = {
+    "output",
+    "mask",
+    "preview",
+}  # to write: a file, or a folder where the command makes several files
 FOLDERS = {"module", "pictures", "folder", "run", "work"}  # to write: always a folder
 FILLED = {"synth samples", "synth failures"}  # whose --output is a folder of many files
 GO_ON = {"synth training", "synth pairs", "synth skins", "train pairs"}  # leave what is there alone
@@ -83,7 +87,7 @@ def line_of(name, option, place, folder, text="mine"):
         if parameter.name == option:
             given = place
         elif parameter.name in FILES | FOLDERS:
-            given = folder / f"other-{parameter.name}.png" if parameter.required else None
+            given = folder / f"other{ending(name)}" if parameter.required else None
         elif isinstance(parameter, click.Argument):
             given = photo if parameter.name in ("photo", "photos") else source
             given = NAMES.get(parameter.name, given)
@@ -98,7 +102,7 @@ def line_of(name, option, place, folder, text="mine"):
 
 
 def ending(name):
-    return {"recover": ".exr", "build": ".avatar"}.get(name, ".png")
+    return {"recover": ".exr", "build": ".avatar", "animate": ".mp4"}.get(name, ".png")
 
 
 def run(words):
@@ -178,7 +182,6 @@ def test_an_input_is_never_written(tmp_path, capsys):
     before = photo.read_bytes()
     for words in (
         ["detect", photo, "-o", photo, "--overwrite"],
-        ["render", tmp_path / "a.avatar", "--fit", photo, "-o", photo, "--overwrite"],
         ["generate", photo, "-o", photo, "--overwrite"],
         ["generate", photo, "-o", tmp_path / "b.png", "--mask", tmp_path / "b.png"],
         ["generate", photo, "-o", tmp_path / "b.png", "--mask", tmp_path / "x" / ".." / "b.png"],

@@ -65,11 +65,6 @@ def test_the_single_steps_are_the_bake(bakery, tmp_path, case):
     assert done.returncode == 0, done.stderr
     ours, theirs = content(whole), content(step_by_step(bakery, sample, tmp_path, options))
     assert ours.keys() == theirs.keys()
-    manifests = [json.loads(table.pop("avatar.json")) for table in (ours, theirs)]
-    for manifest in manifests:  # a bake alone knows its recipe
-        manifest["provenance"].pop("recipe", None)
-        manifest.pop("sha256", None)
-    assert manifests[0] == manifests[1]
     assert [name for name in ours if ours[name] != theirs[name]] == []
 
 

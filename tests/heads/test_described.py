@@ -5,16 +5,16 @@ import tomllib
 import numpy as np
 import pytest
 
-from bakery.formats.targets import presets_folder
 from bakery.heads.base import weights
 from bakery.heads.embed import mirror_points
 from bakery.heads.report.described import DESCRIBED, moved, table
+from bakery.preset import find
 from bakery.types import EXPRESSIONS
 
 
 def key(name):
     """The weights of one key expression."""
-    return tomllib.loads((presets_folder() / "expressions/keys.toml").read_text())[name]
+    return tomllib.loads(find("expressions/keys.toml").read_text())[name]
 
 
 def test_every_shape_is_described():

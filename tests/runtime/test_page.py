@@ -12,7 +12,7 @@ import urllib.request
 import pytest
 
 from bakery.errors import BundleError, InputError
-from bakery.formats import record
+from bakery.export.schema import seal
 from bakery.formats.files import digest
 from bakery.show.page import page, plain
 from bakery.show.serve import make_server
@@ -29,14 +29,14 @@ def change(folder, name, alter):
     """Alter a JSON file of a bundle and keep the manifest's hashes right, as a forger would."""
     table = json.loads((folder / name).read_text())
     alter(table)
-    data = json.dumps(table).encode()
+    data = seal(table) if name == "avatar.json" else json.dumps(table).encode()
     (folder / name).write_bytes(data)
     if name != "avatar.json":
         manifest = json.loads((folder / "avatar.json").read_text())
         for entry in manifest["files"]:
             if entry["path"] == name:
                 entry.update(bytes=len(data), sha256=digest(data))
-        (folder / "avatar.json").write_text(json.dumps(manifest))
+        (folder / "avatar.json").write_bytes(seal(manifest))
 
 
 def scripts(text):
@@ -144,7 +144,7 @@ def test_links_and_changed_files_are_refused(copy, tmp_path):
 def test_older_bundles_get_their_web_files_made(copy):
     manifest = json.loads((copy / "avatar.json").read_text())
     kept = [one for one in manifest["files"] if one["path"] not in ("web/avatar.json",)]
-    (copy / "avatar.json").write_bytes(record.dump(manifest | {"files": kept}))
+    (copy / "avatar.json").write_bytes(seal(manifest | {"files": kept}))
     (copy / "web" / "avatar.json").rename(copy.parent / "description")
     files = {f"web/{p.name}": p.read_bytes() for p in (copy / "web").iterdir()}
     files["web/avatar.json"] = (copy.parent / "description").read_bytes()
@@ -186,7 +186,13 @@ def test_module_for_a_page_of_ones_own(bakery, bundle, tmp_path):
     done = bakery("preview", bundle, "--module", tmp_path / "site")
     assert done.returncode == 0, done.stderr
     written = {path.relative_to(tmp_path / "site").as_posix() for path in tmp_path.rglob("*.*")}
-    assert {"avatar.js", "avatar.d.ts", "index.html", "web/avatar.json", "web/head.glb"} <= written
+    assert {
+        "avatar.js",
+        "avatar.d.ts",
+        "index.html",
+        "web/avatar.json",
+        "web/player.glb",
+    } <= written
     again = bakery("preview", bundle, "--module", tmp_path / "site")
     assert again.returncode == 1 and "holds files already" in again.stderr
     assert bakery("preview", bundle).returncode == 2

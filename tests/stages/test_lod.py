@@ -78,11 +78,9 @@ def test_glb_is_valid_and_named(tmp_path):
     texture = encode_image(np.full((16, 16, 3), 0.5), ".jpg")
     path = tmp_path / "head.glb"
     cards = encode_image(np.full((4, 8, 4), 0.5), ".png")
-    sheet, tear, lashes = (
-        Surface(**{**dome(8).__dict__, "name": name}) for name in ("mouth_sheet", "tear", "lashes")
-    )
+    tear, lashes = (Surface(**{**dome(8).__dict__, "name": name}) for name in ("tear", "lashes"))
     levels = [[surface, tear, lashes], [simplify(surface, 0.2)]]
-    write_glb(path, levels, [sheet], EXPRESSIONS, texture, cards, "bakery test")
+    write_glb(path, levels, EXPRESSIONS, texture, cards, "bakery test")
     document = pygltflib.GLTF2().load(str(path))
     assert document.meshes[0].extras["targetNames"] == list(EXPRESSIONS)
     assert all(len(p.targets) == 52 for mesh in document.meshes for p in mesh.primitives)
@@ -90,7 +88,7 @@ def test_glb_is_valid_and_named(tmp_path):
     assert set(clear) == {"tear", "lashes"} and all(one.doubleSided for one in clear.values())
     assert all(one.pbrMetallicRoughness.baseColorTexture.index == 1 for one in clear.values())
     first = path.read_bytes()
-    write_glb(path, levels, [sheet], EXPRESSIONS, texture, cards, "bakery test")
+    write_glb(path, levels, EXPRESSIONS, texture, cards, "bakery test")
     assert path.read_bytes() == first
     assert issues_of(path)["numErrors"] == 0
 
@@ -108,7 +106,7 @@ def eyeball_pixels(surfaces, weights):
 
 
 def test_the_coarsest_head_opens_and_shuts_its_eyes(head):
-    surfaces, _ = head_surfaces(head, head.mean)
+    surfaces = head_surfaces(head, head.mean)
     surfaces = [surface for surface in surfaces if surface.name in ("skin", "eyes")]
     rest, shut = np.zeros(len(EXPRESSIONS)), np.zeros(len(EXPRESSIONS))
     shut[[EXPRESSIONS.index("eyeBlinkLeft"), EXPRESSIONS.index("eyeBlinkRight")]] = 1
@@ -122,7 +120,7 @@ def test_the_coarsest_head_opens_and_shuts_its_eyes(head):
 
 def test_cards_stay_whole_and_are_left_out_at_last(head):
     """Alpha lies at the borders of a card, which a simplification may not move."""
-    levels, _ = levels_of_detail(*with_lashes(head, head.mean))
+    levels = levels_of_detail(*with_lashes(head, head.mean))
     sizes = [{piece.name: len(piece.faces) for piece in level} for level in levels]
     assert sizes[0]["lashes"] == sizes[1]["lashes"] == sizes[2]["lashes"] > 200
     assert "lashes" not in sizes[-1] and "tear" not in sizes[-1]

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from bakery.export.lod import shape_displacements
+from bakery.export.open import open_avatar
 from bakery.export.web.glb import web_glb
 from bakery.export.web.head import PIECES, surfaces
 from bakery.formats import meshopt
-from bakery.heads.base import weights
+from bakery.heads.base import CARRIERS, PARTS, weights
 from bakery.heads.lashes import with_lashes
 from bakery.types import EXPRESSIONS
 
@@ -21,10 +22,10 @@ def pieces(head):
 
 def test_web_head_in_three(head, pieces, node, tmp_path):
     """All 52 names; a mix of shapes, posed by three's own arithmetic, is where the head model is."""
-    (tmp_path / "head.glb").write_bytes(web_glb(pieces, EXPRESSIONS, "test"))
+    (tmp_path / "player.glb").write_bytes(web_glb(pieces, EXPRESSIONS, "test"))
     mix = weights({"jawOpen": 0.7, "mouthSmileLeft": 0.5, "eyeBlinkRight": 1.0})
     (tmp_path / "weights.json").write_text(json.dumps(mix.tolist()))
-    seen = json.loads(node(__file__.replace("test_three.py", "three.mjs"), tmp_path / "head.glb",
+    seen = json.loads(node(__file__.replace("test_three.py", "three.mjs"), tmp_path / "player.glb",
                            tmp_path / "weights.json", tmp_path))  # fmt: skip
     assert seen["names"] == list(EXPRESSIONS)
     assert seen["materials"] == list(PIECES) and seen["clear"] == ["tear", "lashes"]
@@ -39,7 +40,26 @@ def test_whole_head_in_three(bundle, node, tmp_path):
     (tmp_path / "weights.json").write_text(json.dumps([0.0] * 52))
     seen = json.loads(node(__file__.replace("test_three.py", "three.mjs"), bundle / "head.glb",
                            tmp_path / "weights.json", tmp_path))  # fmt: skip
-    assert seen["names"] == list(EXPRESSIONS)
+    assert seen["names"] == list(EXPRESSIONS) and seen["scenes"] == 1
+    assert seen["materials"] == ["skin", "eyes", "teeth", "tongue", "tear", "lashes"]
+    avatar = open_avatar(bundle)
+    hidden = [PARTS.index(name) for name in CARRIERS]
+    shown = avatar.head.faces[~np.isin(avatar.head.face_part, hidden)]
+    points = avatar.neutral[np.unique(shown)] / 1000
+    np.testing.assert_allclose(seen["box"], [points.min(0), points.max(0)], atol=1e-6)  # metres
+
+
+def test_proxies_in_three(bundle, node, tmp_path):
+    """What bakery's players show in the place of mouth and eyes, where the head model has it."""
+    mix = weights({"jawOpen": 0.7})
+    (tmp_path / "weights.json").write_text(json.dumps(mix.tolist()))
+    seen = json.loads(node(__file__.replace("test_three.py", "three.mjs"), bundle / "proxies.glb",
+                           tmp_path / "weights.json", tmp_path))  # fmt: skip
+    assert seen["names"] == list(EXPRESSIONS) and seen["materials"] == list(CARRIERS)
+    avatar = open_avatar(bundle)
+    points = avatar.head.vertices(avatar.neutral, mix) / 1000
+    points = points[np.unique(avatar.head.faces[avatar.head.part_faces(*CARRIERS)])]
+    np.testing.assert_allclose(seen["box"], [points.min(0), points.max(0)], atol=1e-5)
 
 
 def test_streams_by_the_authors_decoder_and_ours(node, tmp_path):

@@ -4,10 +4,11 @@ import cv2
 import numpy as np
 
 from bakery.bake.options import BuildOptions
-from bakery.formats.targets import presets_folder, read_keys
+from bakery.formats.targets import read_keys
 from bakery.geometry import camera as cameras
 from bakery.landmarks import EYES, LIPS_OUTER
 from bakery.plugins import plug_in
+from bakery.preset import find
 from bakery.show import synthesis as portrayal
 from bakery.stages.condition import face_camera
 
@@ -30,7 +31,7 @@ def rows_of(photo, head, generator, yaw=0.0):
         BakeryError: the photo cannot be used.
     """
     sitter = portrayal.sit(photo, head, BuildOptions())
-    _, keys = read_keys(presets_folder() / "expressions" / "keys.toml")
+    _, keys = read_keys(find("expressions/keys.toml"))
     rest = np.zeros_like(keys[0])
     columns = [_column(sitter, _bytes(sitter.neutral.picture), rest, 0.0)]
     for weights in keys:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from bakery import __version__
+from bakery.export.schema import VERSION
 from bakery.export.web import files as web
 from bakery.export.web.glb import web_glb
 from bakery.export.web.head import facts, surfaces
@@ -41,7 +42,7 @@ def web_files(avatar, options=WebOptions()):
     pieces = surfaces(avatar.head, avatar.neutral, options.triangles)
     files[web.HEAD] = web_glb(pieces, EXPRESSIONS, maker)
     about = {
-        "asset": {"version": "1.0", "generator": maker},
+        "asset": {"version": VERSION, "generator": maker},
         **facts(avatar.head, avatar.neutral, avatar.fit),
     }
     files[web.DESCRIPTION] = web.describe(table, textures, about)

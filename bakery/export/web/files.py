@@ -7,17 +7,17 @@ manifest, so that it can be served alone.
 import cv2
 import numpy as np
 
+from bakery.export.layout import WEB
 from bakery.formats import record
 from bakery.formats.image import encode_image
 from bakery.geometry.color import to_encoded
 from bakery.geometry.fill import diffuse
-from bakery.paths import ASSETS
 from bakery.types import EXPRESSIONS
 
-SCHEMA = ASSETS / "schema" / "avatar-web-1.schema.json"
-FOLDER = "web"
-DESCRIPTION = "web/avatar.json"
-HEAD = "web/head.glb"
+FOLDER = WEB
+DESCRIPTION = f"{FOLDER}/avatar.json"
+HEAD = f"{FOLDER}/player.glb"  # for our player alone: without pictures, with proxies, packed
+OLD_HEAD = "head.glb"  # its name in 1.0, whose description does not state it
 MASK_SIDE = 256  # texels; they are smooth
 DATA_SIDE = 512  # texels of the coverage, at most
 SOURCE_STEP = 60  # of 255, between the kinds of source
@@ -152,6 +152,11 @@ def _encoded(pictures, share):
     return [to_encoded(picture) for picture in pictures]
 
 
+def head_path(description):
+    """Where the head of a description for browsers stands in the bundle."""
+    return f"{FOLDER}/{description.get('geometry', OLD_HEAD)}"
+
+
 def describe(table, textures, facts):
     """The bytes of web/avatar.json.
 
@@ -164,6 +169,7 @@ def describe(table, textures, facts):
         {
             "$schema": "urn:bakery:schema:web-1",
             **facts,
+            "geometry": HEAD.removeprefix(FOLDER + "/"),
             "expressions": list(EXPRESSIONS),
             "keys": [
                 {"name": name, "weights": record.numbers(weights, 6)}

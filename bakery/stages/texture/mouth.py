@@ -7,13 +7,14 @@ import cv2
 import numpy as np
 
 from bakery import landmarks as marks
-from bakery.formats.targets import presets_folder, read_keys
+from bakery.formats.targets import read_keys
 from bakery.generators.interior import FRAME_SCALE
 from bakery.generators.shade import MOUTH, is_part
 from bakery.geometry import camera as cameras
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import weights
+from bakery.preset import find
 from bakery.stages.condition import SIZE
 from bakery.types import EXPRESSIONS
 
@@ -138,7 +139,7 @@ SMILES = (  # what real smiles are made of, each with its range
 @cache
 def _visemes():
     """The mouth shapes of speech [n, E]."""
-    return read_keys(presets_folder() / "expressions" / "visemes.toml")[1]
+    return read_keys(find("expressions/visemes.toml"))[1]
 
 
 def talking(rng):

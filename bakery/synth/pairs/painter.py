@@ -11,7 +11,7 @@ from functools import partial
 import cv2
 import numpy as np
 
-from bakery.formats.targets import presets_folder, read_keys
+from bakery.formats.targets import read_keys
 from bakery.generators.folds import make_folds
 from bakery.generators.hints import hints
 from bakery.generators.planes import face_mask, planes, shrunk_planes
@@ -23,6 +23,7 @@ from bakery.geometry.noise import value_noise
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import PARTS
 from bakery.landmarks import FACE, LIPS_INNER, LIPS_OUTER
+from bakery.preset import find
 from bakery.stages import texture
 from bakery.stages.condition import condition, face_camera, finer
 from bakery.stages.fit.lids import close_lids
@@ -66,7 +67,7 @@ class PairOptions:
 
 def _key_poses():
     """Expression [E], gaze [2], yaw and pitch of each key expression from each of its views."""
-    _, keys = read_keys(presets_folder() / "expressions" / "keys.toml")
+    _, keys = read_keys(find("expressions/keys.toml"))
     return [(weights, np.zeros(2), yaw, 0.0) for weights in keys for yaw in texture.VIEWS]
 
 

@@ -8,7 +8,7 @@
  */
 
 import { framed, project, turnMatrix, turned, viewOf, withHead } from './camera.js';
-import { AvatarError, checkDescription, fromUrl } from './data.js';
+import { AvatarError, checkDescription, fromUrl, headFile } from './data.js';
 import { Target } from './gl.js';
 import { parseHead } from './glb.js';
 import { Mouths } from './mouth.js';
@@ -37,7 +37,7 @@ export async function load(source, { canvas, antialias = true }) {
   const found = typeof source === 'string' ? await fromUrl(source) : source;
   checkDescription(found.description);
   const programs = makePrograms(gl);
-  const [pictures, bytes] = await Promise.all([readPictures(found), found.file('head.glb')]);
+  const [pictures, bytes] = await Promise.all([readPictures(found), found.file(headFile(found.description))]);
   return new Avatar(gl, found, pictures, parseHead(bytes), programs);
 }
 

@@ -44,6 +44,13 @@ export async function fromUrl(url) {
 }
 
 /**
+ * The head beside the description; bundles of version 1.0 do not name it.
+ * @param {any} about
+ * @returns {string}
+ */
+export const headFile = (about) => about.geometry ?? 'head.glb';
+
+/**
  * Refuse a description that a player could not trust.
  * @param {any} about
  */
@@ -51,10 +58,13 @@ export function checkDescription(about) {
   const need = (good, what) => {
     if (!good) throw new AvatarError(`the bundle's web/avatar.json: ${what}; bake it again`);
   };
-  need(about && about.$schema === 'urn:bakery:schema:web-1', 'of another version');
+  need(about && about.$schema === 'urn:bakery:schema:web-1', 'is not one');
+  const version = String(about.asset?.version);
+  need(/^1\.\d+$/.test(version), `has version ${version.slice(0, 20)}, this player reads 1.x`);
   need(allFinite(about), 'holds a number that is none');
   const names = about.expressions;
   need(Array.isArray(names) && names.length === EXPRESSIONS, 'lacks the 52 expressions');
+  need(FILE.test(headFile(about)), 'names a file outside of its folder');
   need(names.every((name) => /^[A-Za-z]{1,40}$/.test(name)), 'has an odd expression');
   need(about.keys?.length >= 1 && about.keys.length <= MOST_KEYS, `needs 1 to ${MOST_KEYS} keys`);
   need(about.keys.every((key) => isRow(key.weights, EXPRESSIONS)), 'keys lack weights');

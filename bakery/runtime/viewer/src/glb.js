@@ -1,4 +1,4 @@
-/** web/head.glb to arrays. Only what `bakery` writes is understood; the rest is refused. */
+/** web/player.glb to arrays. Only what `bakery` writes is understood; the rest is refused. */
 
 import { AvatarError, EXPRESSIONS } from './data.js';
 import { decodeIndices, decodeVertices } from './meshopt.js';
@@ -73,7 +73,7 @@ export function parseHead(bytes) {
 }
 
 function fail(what) {
-  throw new AvatarError(`the bundle's web/head.glb ${what}; bake it again`);
+  throw new AvatarError(`the bundle's head for browsers ${what}; bake it again`);
 }
 
 function split(bytes) {

@@ -1,0 +1,49 @@
+"""`bakery export`: a bundle in another format."""
+
+import os
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import click
+
+from bakery.cli import complete, options
+
+
+@click.command(cls=options.Command)
+@click.argument("bundle", type=options.PATH)
+@click.option(
+    "--format", "name", required=True, shell_complete=complete.plug_ins("exporters"),
+    help="glb, web, exr, head, preview, proxies, or one that a plug-in brings.",
+)  # fmt: skip
+@click.option("-o", "--output", required=True, type=options.PATH, help="File or folder to write.")
+@click.option(
+    "--side", type=click.IntRange(64, 4096), default=1024, show_default=True,
+    help="Texels on a side of textures, at most.",
+)  # fmt: skip
+@options.overwrite
+def export(bundle, name, output, side, overwrite):
+    """Write BUNDLE in another format.
+
+    \b
+    bakery export portrait.avatar --format glb -o portrait.glb
+    bakery export portrait.avatar --format exr -o textures/
+
+    A folder must be new or empty.
+    """
+    from bakery.export.open import open_avatar
+    from bakery.plugins import plug_in
+
+    exporter = plug_in("exporters", name)
+    if exporter.suffix:
+        options.may_write(output, overwrite, endings=(exporter.suffix,))
+    else:
+        options.may_fill(output, overwrite=False)
+    avatar = open_avatar(bundle)
+    output.parent.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(prefix=".new-", dir=output.parent) as folder:  # written aside
+        made = Path(folder) / output.name
+        exporter.export(avatar, made, side)
+        if output.is_dir():
+            output.rmdir()  # empty: `may_fill` made sure of it
+        os.replace(made, output)
+    options.wrote(output)

@@ -1,0 +1,100 @@
+"""The published schemas: which versions are read, what a table must hold, and its digest of itself."""
+
+import json
+from functools import cache
+from pathlib import Path
+
+from bakery.errors import BundleError
+from bakery.formats import record
+from bakery.formats.files import digest
+
+FOLDER = Path(__file__).resolve().parent.parent / "assets" / "schema"
+MANIFEST, WEB = "avatar-1.schema.json", "avatar-web-1.schema.json"
+MAJOR, MINOR = 1, 1
+VERSION = f"{MAJOR}.{MINOR}"  # that is written
+BLANK = "0" * 64  # stands for the digest while it is computed
+LONGEST = 160  # letters of a finding
+
+
+@cache
+def schema(name: str = MANIFEST) -> dict:
+    """A published JSON Schema; that of the manifest, unless told otherwise."""
+    return json.loads((FOLDER / name).read_text(encoding="utf-8"))
+
+
+def read_version(name, table: dict) -> int:
+    """The minor version of a table that is read.
+
+    Args:
+        name: how messages call the file.
+        table: a manifest, or the description for browsers.
+
+    Raises:
+        BundleError: another major version, or none.
+    """
+    asset = table.get("asset")
+    text = str(asset.get("version", "")) if isinstance(asset, dict) else ""
+    major, dot, minor = text.partition(".")
+    if not (dot and major.isdecimal() and minor.isdecimal() and len(text) < 20):
+        raise BundleError(f"{name}: states no version; make the bundle again")
+    if int(major) != MAJOR:
+        raise BundleError(
+            f"{name}: version {text}; {MAJOR}.x is read here; update bakery, or make the bundle again"
+        )
+    return int(minor)
+
+
+def findings(name, table: dict, which: str = MANIFEST) -> tuple[list[str], list[str]]:
+    """What a schema says of a table.
+
+    Args:
+        name: how messages call the file.
+        table: what stands in it.
+        which: file name of the schema.
+
+    Returns:
+        problems, and notes: what a newer minor version may have added.
+
+    Raises:
+        BundleError: of a version that is not read.
+    """
+    import jsonschema
+
+    newer = read_version(name, table) > MINOR
+    problems, notes = [], []
+    for error in jsonschema.Draft202012Validator(schema(which)).iter_errors(table):
+        where = "/".join(str(step) for step in error.absolute_path) or "the manifest"
+        added = error.validator == "additionalProperties" or (
+            error.validator == "enum" and error.absolute_path[-1] == "role"
+        )
+        (notes if newer and added else problems).append(
+            f"{name}: {where}: {error.message[:LONGEST]}"
+        )
+    lacking = sorted(set(map(str, table.get("extensionsRequired", ()))))
+    if lacking and not problems:
+        problems.append(f"{name}: needs extensions that are not known here: {', '.join(lacking)}")
+    return problems, notes
+
+
+def seal(table: dict) -> bytes:
+    """The JSON bytes of a manifest with its digest of itself as the last entry."""
+    table = {key: value for key, value in table.items() if key != "sha256"}
+    data = record.dump(table | {"sha256": BLANK})
+    before, _, after = data.rpartition(BLANK.encode())
+    return before + digest(data).encode() + after
+
+
+def seal_problem(data: bytes, table: dict) -> str | None:
+    """What is wrong with the digest that a manifest carries, or None; before 1.1 it has none.
+
+    Args:
+        data: bytes of the manifest.
+        table: what they say.
+    """
+    stated = table.get("sha256")
+    if stated is None:
+        return None
+    mark = str(stated).encode()
+    if data.count(mark) == 1 and digest(data.replace(mark, BLANK.encode())) == stated:
+        return None
+    return "its SHA-256 of itself is another: changed since it was written"

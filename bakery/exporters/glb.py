@@ -1,0 +1,49 @@
+"""The head as binary glTF, and the proxies that a player shows in place of mouth and eyes."""
+
+from pathlib import Path
+from typing import Any
+
+from bakery import __version__
+from bakery.export.glb import write_glb, write_proxies
+from bakery.export.lod import proxy_surfaces
+from bakery.export.manifest import describe_levels, levels_of_detail
+from bakery.export.web.files import card_picture, small_picture
+from bakery.formats import image
+from bakery.heads.lashes import card_rectangle, card_texels
+from bakery.runtime.avatar import Avatar
+from bakery.runtime.blend import lay_hair
+from bakery.types import EXPRESSIONS
+
+QUALITY = 95  # of the JPEG inside
+MAKER = f"bakery {__version__}"
+
+
+class GlbExporter:
+    """Four levels of detail, 52 morph targets, one texture. See exporters.base.Exporter."""
+
+    name, sha256, suffix, place = "glb", "", ".glb", "head.glb"
+
+    def export(self, avatar: Avatar, target: Path, size: int) -> dict[str, Any]:
+        """See exporters.base.Exporter."""
+        head, textures = avatar.head, avatar.textures
+        levels = levels_of_detail(head, avatar.neutral)
+        atlas = small_picture(lay_hair(textures.neutral, textures.hair), size)
+        picture = image.encode_image(atlas, ".jpg", QUALITY)
+        cards = None
+        if card_rectangle(head) is not None:
+            sheet = textures.hair[card_texels(head, len(textures.hair))]
+            cards = image.encode_image(card_picture(sheet), ".png")
+        write_glb(target, levels, EXPRESSIONS, picture, cards, MAKER)
+        return {"lods": describe_levels(levels)}
+
+
+class ProxiesExporter:
+    """The mouth and eye proxies. See exporters.base.Exporter."""
+
+    name, sha256, suffix, place = "proxies", "", ".glb", "proxies.glb"
+
+    def export(self, avatar: Avatar, target: Path, size: int) -> dict[str, Any]:
+        """See exporters.base.Exporter."""
+        proxies = proxy_surfaces(avatar.head, avatar.neutral)
+        write_proxies(target, proxies, EXPRESSIONS, MAKER)
+        return {}
