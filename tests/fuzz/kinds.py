@@ -157,7 +157,7 @@ class Bundle:
         self.whole, self.alone = whole, alone
         self.manifest = json.loads((whole / "avatar.json").read_bytes())
         rest = {key: value for key, value in self.manifest.items() if key != "files"}
-        self.rest = json.dumps(rest)[:-1] + ", "
+        self.rest = json.dumps(rest).encode()[:-1] + b", "
 
     def seeds(self, *endings):
         """Bytes of the files whose paths end so, by the path with "~" for "/"."""
@@ -166,6 +166,14 @@ class Bundle:
             for entry in [*self.manifest["files"], {"path": "avatar.json"}]
             if entry["path"].endswith(endings)
         }
+
+    def sealed(self, data):
+        """The bytes of a manifest with the digest of itself that they must carry."""
+        mark = self.manifest["sha256"].encode()
+        if data.count(mark) != 1:
+            return data
+        blank = data.replace(mark, b"0" * 64)
+        return data.replace(mark, hashlib.sha256(blank).hexdigest().encode())
 
     def with_file(self, path, use):
         """Call `use(bundle)` of a copy beside `path`, with the file at `path` in its place."""
@@ -176,13 +184,13 @@ class Bundle:
             else:
                 shutil.copytree(self.whole, folder)
         name, data = path.name.replace("~", "/"), path.read_bytes()
-        (folder / name).write_bytes(data)
+        (folder / name).write_bytes(data if name != "avatar.json" else self.sealed(data))
         if name != "avatar.json":
             entry = {"path": name, "role": "web", "bytes": len(data) or 1}
             entry["sha256"] = hashlib.sha256(data).hexdigest()
             listed = [e for e in self.manifest["files"] if e["path"] != name]
-            files = json.dumps({"files": [*listed, entry]})
-            (folder / "avatar.json").write_text(self.rest + files[1:])
+            files = json.dumps({"files": [*listed, entry]}).encode()
+            (folder / "avatar.json").write_bytes(self.sealed(self.rest + files[1:]))
         try:
             return use(folder)
         finally:

@@ -2,18 +2,19 @@
 
 import gzip
 import struct
-from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
 from PIL import Image, ImageCms
 
-from bakery import __version__
 from bakery.export import bundle
-from bakery.export import manifest as bundles
 from bakery.export.glb import write_glb
-from bakery.export.web import WebOptions, web_files
+from bakery.export.manifest import Baked, describe_levels, levels_of_detail, manifest
+from bakery.export.web import WebOptions
+from bakery.exporters.exr import ExrExporter
+from bakery.exporters.glb import ProxiesExporter
+from bakery.exporters.head import HeadExporter
+from bakery.exporters.web import WebExporter
 from bakery.formats import exr, image, livelink, mp4, record, video, webm
 from bakery.geometry import camera as cameras
 from bakery.heads.base import FOLLOW, PARTS, HeadModel
@@ -111,28 +112,27 @@ def fit(model):
 
 
 def write_bundle(folder):
-    """A whole bundle of some 100 KB, written by the same functions as `bakery bundle` uses."""
-    folder = Path(folder)
-    (folder / "web").mkdir(parents=True)
+    """A whole bundle of some 100 KB, written by what `bakery build` runs; the sheet is noise."""
     model = head()
     made, masks = textures(model), np.random.default_rng(3).random((52, 8, 8), np.float32)
     picture = np.random.default_rng(4).random((120, 96, 3)).astype(np.float32)
     avatar = Avatar(model, model.mean, fit(model), made, masks, picture)
-    packed, table = web_files(avatar, WebOptions(side=64, photo=64))
-    for name, data in packed.items():
-        (folder / name).write_bytes(data)
-    levels, carriers = bundles.levels_of_detail(model, model.mean)
-    levels = levels[:2]
+    (folder / "web").mkdir(parents=True)
+    said = [
+        exporter.export(avatar, folder / exporter.place, SIZE)
+        for exporter in (
+            ExrExporter(), HeadExporter(), ProxiesExporter(), WebExporter(WebOptions(side=64, photo=64)),
+        )
+    ]  # fmt: skip
+    levels = levels_of_detail(model, model.mean)[:2]  # of four: their descriptions are long
     small = image.encode_image(picture[:SIZE, :SIZE], ".jpg")
-    maker = f"bakery {__version__}"
-    write_glb(folder / "head.glb", levels, carriers, EXPRESSIONS, small, None, maker)
-    save_head(folder / "head.npz", replace(model, identity_basis=model.identity_basis[:0]))
-    bundle.write_textures(folder, made, masks)
+    write_glb(folder / "head.glb", levels, EXPRESSIONS, small, None, "test")
     image.write_image(folder / "preview.png", picture)
     image.write_image(folder / "photo.png", picture)
-    photo = Photo(picture, "0" * 64)
-    baked = bundles.Baked(photo, avatar.fit, model, made, masks, [], made.maker, "network")
-    bundle.write_manifest(folder, bundles.manifest(baked, levels, table) | {"photo": "photo.png"})
+    photo, found_by = Photo(picture, "0" * 64), Maker("network", "0.1", "2" * 64)
+    baked = Baked(photo, avatar.fit, model, made, masks, [], made.maker, found_by)
+    said.append({"lods": describe_levels(levels)})
+    bundle.write_manifest(folder, manifest(baked, said, bundle.list_files(folder)))
 
 
 def npz(folder):
