@@ -23,7 +23,7 @@ path = click.Path(path_type=Path)
 @click.option("--hair/--no-hair", default=True, show_default=True, help="Show the hair layer.")
 @click.option("--curves", type=path, help="Live Link Face CSV: paint a video of it.")
 @click.option("--frames", metavar="FIRST:LAST", help="Only these frames of the take, from 0.")
-@click.option("--mask", type=path, help="PNG of the pixels of the face.")
+@click.option("--mask", type=path, help="PNG of the face, which fades towards scalp, ears, throat.")
 @click.option("--generator", default="pagan", show_default=True, help="What paints.")
 @options.preset
 @options.settings
