@@ -58,3 +58,10 @@ def smoothstep(low, high, x):
     """0 below `low`, 1 above `high`, a smooth cubic between; `low` may be the larger."""
     t = np.clip((np.asarray(x) - low) / (high - low), 0, 1)
     return t * t * (3 - 2 * t)
+
+
+def enclosed(mask: np.ndarray) -> np.ndarray:
+    """Where [H, W] bool the pixels of a mask [H, W] have no way to the picture's edge."""
+    _, parts = cv2.connectedComponents(mask.astype(np.uint8))
+    outside = np.concatenate([parts[0], parts[-1], parts[:, 0], parts[:, -1]])
+    return ~np.isin(parts, [0, *np.unique(outside)])

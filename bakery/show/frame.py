@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from bakery.bake.fitting import fitted_neutral
@@ -15,7 +14,7 @@ from bakery.formats.image import write_image
 from bakery.formats.targets import expression_weights, parse_weights, weight_rows
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_encoded, to_linear
-from bakery.geometry.fill import smoothstep
+from bakery.geometry.fill import enclosed, smoothstep
 from bakery.heads.base import gaze_of, look
 from bakery.heads.file import load_head
 from bakery.heads.lashes import carried, own_vertices
@@ -248,9 +247,7 @@ def _clear(frame):
     Between an eye's cap and its lid one looks into the empty head; gray stands there, as in other
     pictures, and nothing of what the head is laid over.
     """
-    _, parts = cv2.connectedComponents((frame.alpha < 1).astype(np.uint8))
-    outside = np.unique(np.concatenate([parts[0], parts[-1], parts[:, 0], parts[:, -1]]))
-    hole = ~np.isin(parts, [0, *outside])
+    hole = enclosed(frame.alpha < 1)
     color = np.where(hole[..., None], over_gray(frame), frame.color)
     return np.dstack([color, np.where(hole, 1, frame.alpha)])
 

@@ -19,6 +19,7 @@ from bakery.generators.steady import SteadyGenerator
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import to_encoded
+from bakery.geometry.fill import enclosed
 from bakery.geometry.sample import bilinear, interpolate
 from bakery.heads.base import gaze_of
 from bakery.heads.file import load_head
@@ -108,10 +109,9 @@ def paint(sitter, target, generator, hair=True):
             [np.log(np.maximum(made.ratio, 1e-3)), made.color, made.alpha[..., None]], -1
         )
         image = _changed(seen.deformed_neutral, layers, affine)
-    picture, face = (
-        _shown(sitter, seen, image, hair),
-        face_mask(sitter.head, seen) / np.float32(255),
-    )
+    picture = _shown(sitter, seen, image, hair)
+    face = face_mask(sitter.head, seen) / np.float32(255)
+    face[enclosed(face < 1)] = 1  # cheeks lie far from the next landmark
     if target.fit is None:
         picture, face = shrunk(picture, frame), shrunk(face, frame)
     return picture, face

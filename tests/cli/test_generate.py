@@ -12,6 +12,7 @@ from bakery.errors import InputError
 from bakery.formats.image import read_photo
 from bakery.formats.livelink import Take
 from bakery.formats.record import read_faces
+from bakery.geometry.fill import enclosed
 from bakery.heads.base import PARTS, gaze_of
 from bakery.show import synthesis as portrayal
 from bakery.stages.condition import condition, face_camera
@@ -111,6 +112,7 @@ def test_the_mask_is_the_face_alone(sitter):
     beyond = far[head.faces[seen.fragments.face]].all(-1) & (seen.part == PARTS.index("skin"))
     beyond = cv2.erode(beyond.astype(np.uint8), np.ones((5, 5))) > 0
     assert beyond.mean() > 0.02 and face[beyond].max() == 0
+    assert not enclosed(face < 0.98).any(), "no holes"
     soft = (face > 0.1) & (face < 0.9)
     assert face.max() == 1 and soft.sum() > 1000
     assert 0.2 < face.mean() < 0.6

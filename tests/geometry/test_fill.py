@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bakery.geometry.fill import around, diffuse, smoothstep
+from bakery.geometry.fill import around, diffuse, enclosed, smoothstep
 from bakery.geometry.noise import value_noise
 
 
@@ -43,3 +43,14 @@ def test_around_holds_the_mask_and_a_margin():
     assert (rows.start, rows.stop) == (7, 15)
     assert (columns.start, columns.stop) == (47, 61)  # beyond the picture: it ends with it
     assert mask[rows, columns].sum() == mask.sum()
+
+
+def test_what_is_enclosed():
+    """A ring's inside is; a bay that is open to the picture's edge is not."""
+    mask = np.zeros((12, 12), bool)
+    mask[:, 8:] = True
+    mask[2:5, 2:5] = True
+    mask[10, 8:] = mask[7, 4] = True
+    found = enclosed(mask)
+    assert found[2:5, 2:5].all() and found[7, 4] and found.sum() == 10
+    assert not enclosed(np.ones((4, 4), bool)).any() and not enclosed(np.zeros((4, 4), bool)).any()

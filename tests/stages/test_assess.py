@@ -1,6 +1,7 @@
 """Findings: a good portrait gives none, each fault gives its own."""
 
-from dataclasses import replace
+import re
+from dataclasses import fields, replace
 from pathlib import Path
 
 import cv2
@@ -14,7 +15,7 @@ from bakery.heads.base import weights
 from bakery.heads.file import load_head
 from bakery.landmarks import EYES as LIDS
 from bakery.landmarks import MOUTH_CORNERS
-from bakery.stages.assess import IN_MIRROR, LINES, assess
+from bakery.stages.assess import IN_MIRROR, LINES, Limits, assess
 from bakery.stages.detect import detect_faces
 from bakery.stages.segment import EYES, GLASSES, HAIR, HIDDEN, SKIN, Segmentation
 from bakery.types import Camera, Fit, Landmarks, Photo
@@ -226,3 +227,13 @@ def test_a_face_that_is_cut(anna, good, side):
     (face,) = detect_faces(cut.encoded)
     found = codes(cut, face, *_plain(good[2], cut.encoded.shape[:2]))
     assert "cut" in found and "covered" not in found
+
+
+def test_every_warning_is_explained():
+    """docs/photos.md names each code with its limit."""
+    text = (SAMPLES.parent / "docs" / "photos.md").read_text(encoding="utf-8")
+    found = dict(
+        re.findall(r"^\| \*\*(\w+)\*\* \| (?:above|below) ([\d.]+) \|", text, re.MULTILINE)
+    )
+    limits = {field.name: getattr(Limits(), field.name) for field in fields(Limits)}
+    assert {code: float(limit) for code, limit in found.items()} == limits
