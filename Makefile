@@ -46,7 +46,6 @@ golden: $(READY) ## accept today's pictures as the golden ones
 bench: $(READY) ## measure speed and memory; append a line to tests/bench/results.csv
 	$(RUN)/python tests/bench/bench.py '$(SAMPLE)'
 
-# The flags go through the environment, so that they may hold quotes.
 avatars: $(READY) ## bake the portraits of PHOTOS=folder into OUT=folder, JOBS=2 at once; fresh ones are skipped
 	@$(RUN)/bakery build '$(PHOTOS)' -o '$(OUT)/' --jobs '$(JOBS)' --overwrite $(FLAGS)
 

@@ -2,17 +2,23 @@
 
     photo -> detect -> segment -> fit -> condition -> generate -> texture -> mask -> bundle -> runtime
 
-    errors, check, types   what may go wrong, border checks, the records between stages
-    landmarks              which of the 478 points mean what
-    geometry               cameras, rotations, meshes, rasterising, sampling, light; numpy only
-    formats                the part that reads and writes files
-    heads, detectors, generators   the three plug-in points
-    stages                 pure functions, one a step
-    synth                  synthetic subjects: samples and training pictures
-    pipeline, train, evaluate, runtime   the bake; trainings; measurements; the player's reference
-    cli                    the commands
+    errors, parallel, paths       what may go wrong; work on all cores; where data lies
+    check, settings               border checks; options that say what they may be
+    types, landmarks, plugins     the records between stages; the 478 points; entry points
+    geometry                      cameras, rotations, meshes, rasterising, sampling, light
+    preset, formats               presets; file formats, nothing of bundles
+    heads, detectors, generators  plug-in points
+    stages                        pure functions, one room a step
+    hair                          plug-in point
+    synth                         synthetic subjects: samples and training pictures
+    runtime                       what a player does with a bundle: the reference and the fast player
+    export, exporters             what a bundle is; one file a format (plug-in point)
+    bake                          the bake: the order of the steps, and what is kept of them
+    testing, show                 conformance tests of plug-ins; frames, pictures, the page
+    motion                        takes: tracked, retargeted, played
+    train, evaluate, cli          trainings; measurements; the commands
 
-Nothing is imported here: `bakery --help` must not wait for numpy.
+Imports point down this list. Nothing is imported here: `bakery --help` must not wait for numpy.
 """
 
 __version__ = "0.1.0"

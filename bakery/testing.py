@@ -11,20 +11,23 @@ A plug-in's own tests call the check of its kind; each raises AssertionError tha
 The portrait that the checks look at is painted, so that they need no file.
 """
 
+import json
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from bakery.detectors.base import Detector
 from bakery.errors import BakeryError
+from bakery.exporters.base import Exporter
 from bakery.generators.base import Generator, Subject
 from bakery.hair.base import Hair
 from bakery.heads.base import FOLLOW, PARTS, HeadModel, weights
+from bakery.runtime.avatar import Avatar
 from bakery.types import EXPRESSIONS, LANDMARKS, Conditions, Fit, Landmarks, Photo
 
 
@@ -69,7 +72,7 @@ def painted(size: int = 400, resolution: int = 512) -> Painted:
     return Painted(photo, face, fit, own, made.subject)
 
 
-def _named(plug_in: Detector | Generator | Hair) -> None:
+def _named(plug_in: Detector | Generator | Hair | Exporter) -> None:
     assert isinstance(plug_in.name, str) and plug_in.name, "name: needs a text"
     assert isinstance(plug_in.sha256, str), 'sha256: needs a text, "" without weights'
     assert plug_in.sha256 == "" or len(plug_in.sha256) == 64, "sha256: not 64 hexadecimal digits"
@@ -208,6 +211,32 @@ def check_hair(hair: Hair) -> None:
     _same(*layers, "layer")
 
 
+def check_exporter(exporter: Exporter, avatar: Avatar) -> None:
+    """An exporter writes what it names, leaves the avatar alone, and gives the same bytes twice."""
+    _named(exporter)
+    assert exporter.suffix == "" or exporter.suffix.startswith("."), "suffix: as .glb, or empty"
+    place = PurePosixPath(exporter.place)
+    assert exporter.place and not place.is_absolute() and ".." not in place.parts, "place: odd"
+    before = avatar.textures.neutral.copy()
+    found = []
+    with TemporaryDirectory() as folder:
+        for number in range(2):
+            parent = Path(folder) / f"{number}"
+            parent.mkdir()
+            target = parent / f"made{exporter.suffix}"
+            said = exporter.export(avatar, target, 256)
+            assert isinstance(said, dict), "export: gives a table for the manifest, or {}"
+            json.dumps(said, allow_nan=False)  # what JSON cannot hold, a manifest cannot
+            assert target.is_file() if exporter.suffix else target.is_dir(), "export: wrote nothing"
+            assert [path.name for path in parent.iterdir()] == [target.name], "export: wrote beside"
+            paths = [path for path in sorted(parent.rglob("*")) if path.is_file()]
+            assert paths, "export: an empty folder"
+            found.append({path.relative_to(parent): path.read_bytes() for path in paths})
+    assert np.array_equal(avatar.textures.neutral, before), "export: changes the avatar"
+    differ = [str(name) for name in found[0] if found[0][name] != found[1].get(name)]
+    assert not differ, f"export: {', '.join(differ)} differ from run to run"
+
+
 def refuses(call: Callable[[], object], *words: str) -> None:
     """A call ends in one line that a user can mend, with all the words in it."""
     try:
@@ -224,6 +253,7 @@ def refuses(call: Callable[[], object], *words: str) -> None:
 __all__ = [
     "Painted",
     "check_detector",
+    "check_exporter",
     "check_generator",
     "check_hair",
     "check_head",

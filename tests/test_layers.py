@@ -1,6 +1,7 @@
 """The drawing in the README, kept true: imports point down, files stay short."""
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -77,3 +78,33 @@ def test_help_loads_nothing_slow():
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.endswith("[]\n")
+
+
+def parts_on_disk():
+    names = {path.name.removesuffix(".py") for path in PACKAGE.iterdir() if path.suffix == ".py"}
+    names |= {path.name for path in PACKAGE.iterdir() if (path / "__init__.py").is_file()}
+    return names - {"__init__", "__main__"}
+
+
+def in_order(names):
+    """Whether the parts stand in the order of LAYERS, none twice, none missing."""
+    ranks = [RANK[name] for name in names]
+    return ranks == sorted(ranks) and sorted(names) == sorted(parts_on_disk())
+
+
+def test_layers_name_what_is_there():
+    assert set(RANK) - {"__main__"} == parts_on_disk()
+
+
+def test_the_packages_map_is_true():
+    text = ast.get_docstring(ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8")))
+    rows = re.findall(r"^    ([a-z_, ]+?)  +\S", text, re.M)
+    assert in_order([name.strip() for row in rows for name in row.split(",")])
+
+
+def test_the_readmes_map_is_true():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    table = text.split("## How it is made")[1].split("Imports only point down")[0]
+    cells = re.findall(r"^\| (`.*?) \|", table, re.M)
+    names = [name for cell in cells for name in re.findall(r"`([a-z_]+)(?:\.py|/)`", cell)]
+    assert in_order(names)

@@ -53,15 +53,25 @@ def test_the_hair(example):
     testing.check_hair(example.RedHair())
 
 
+def test_the_exporter(example, bundle):
+    from bakery.export.open import open_avatar
+
+    testing.check_exporter(example.PointsExporter(), open_avatar(bundle))
+
+
 def test_a_bake_with_all_of_them(bakery, portrait, installed, tmp_path):
     """By name, on the command line; the bundle says what made it, down to the version."""
     photo, marks = portrait
     out = tmp_path / "a.avatar"
     chosen = ["--generator", "still", "--hair", "red", "--head", "large"]
+    chosen += ["--set", 'bundle.formats=["glb", "points"]']
     done = bakery("build", photo, "--landmarks", marks, "-o", out, *QUICK, *chosen, env=installed)
     assert done.returncode == 0, done.stderr
     manifest = json.loads((out / "avatar.json").read_text())
     assert manifest["provenance"]["generator"] == "still" and manifest["head"]["name"] == "large"
+    points = (out / "exports" / "points.obj").read_text().splitlines()
+    assert manifest["extras"] == {"points": len(points)}
+    assert [e["role"] for e in manifest["files"] if e["path"].startswith("exports/")] == ["other"]
     assert bakery("validate", out).returncode == 0  # without the package
     assert bakery("render", out, "-o", tmp_path / "a.png", "--size", 64).returncode == 0
 

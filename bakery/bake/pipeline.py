@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery.bake.bundle import write_bundle
+from bakery.bake.bundle import exporters, write_bundle
 from bakery.bake.estimate import estimate
 from bakery.bake.faces import landmarks_file, one_face
 from bakery.bake.fitting import check_head, examine, fit_portrait, made_from, segment_portrait
@@ -85,6 +85,7 @@ def build(request: Request, progress: Progress | None = None) -> list[Finding]:
     options = request.options
     check_place(request.output, request.overwrite)
     generator, head = plug_in("generators", request.generator), load_head(request.head)
+    exporters(options.bundle)  # a name that there is not is told before the work
     with work_folder(request.output, request.work) as work:
         seen = find_portrait(request, head, work, show)
         made_by = _maker("generators", request.generator), _maker("hair", request.hair)
@@ -300,6 +301,7 @@ def describe(request: Request) -> str:
     """
     check_place(request.output, request.overwrite)
     plug_in("generators", request.generator), plug_in("hair", request.hair)
+    exporters(request.options.bundle)
     read_targets(request.expressions)
     head = load_head(request.head)
     seen = find_portrait(request, head, None, lambda step, done, total: None)

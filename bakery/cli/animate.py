@@ -74,7 +74,7 @@ def animate(
     from bakery.formats.sequence import check_output
 
     sequence = check_output(output)
-    for place in sequence.found() if sequence else [Path(output)]:
+    for place in (sequence.found() or [sequence.path(0)]) if sequence else [Path(output)]:
         options.may_write(place, overwrite)
     output = sequence or Path(output)
     options.may_go_on(work, marks=("lock", "*.key"))
@@ -87,7 +87,7 @@ def animate(
         view=scenes.parse(view=view)["view"], size=size, rate=fps, first=first, last=last,
         dynamic=textures == "dynamic", hair=hair, film=sequence is None,
     )  # fmt: skip
-    with options.progress(output.name) as progress:
+    with options.progress(Path(str(output)).name) as progress:
         take, made = movies.animate(
             bundle, curves, output, show, gain, neutral, sound, progress, work, base
         )

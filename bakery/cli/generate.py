@@ -25,7 +25,7 @@ path = click.Path(path_type=Path)
 @click.option("--curves", type=path, help="Live Link Face CSV: paint a video of it.")
 @timecode_base
 @click.option("--frames", metavar="FIRST:LAST", help="Only these frames of the take, from 0.")
-@click.option("--mask", type=path, help="PNG of the pixels of the face.")
+@click.option("--mask", type=path, help="PNG of the face, which fades towards scalp, ears, throat.")
 @options.generator
 @options.preset
 @options.settings

@@ -77,12 +77,12 @@ class Clip:
             mp4.check_frames(path)
         with quiet():
             self.capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
-        if not self.capture.isOpened():
+        sides = [self.capture.get(n) for n in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)]
+        if not self.capture.isOpened() or min(sides) < 1:  # FFmpeg opens text as a video of nothing
             raise InputError(f"{path}: no video that can be read; give an MP4, MOV or WebM file")
         self.rate = float(self.capture.get(cv2.CAP_PROP_FPS)) or 30.0
         self.count = max(int(self.capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)  # a guess
-        sides = [self.capture.get(n) for n in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)]
-        if not all(1 <= side <= LARGEST_SIDE for side in sides):
+        if not max(sides) <= LARGEST_SIDE:
             raise InputError(
                 f"{path}: {sides[0]:.0f}x{sides[1]:.0f} pixels; at most {LARGEST_SIDE} a side are "
                 "read; make it smaller"

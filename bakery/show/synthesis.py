@@ -13,7 +13,7 @@ from bakery.bake.subject import Sitter
 from bakery.errors import InputError
 from bakery.export.manifest import IPTC
 from bakery.formats import video
-from bakery.generators.planes import NONE
+from bakery.generators.planes import NONE, face_mask
 from bakery.generators.shade import is_part
 from bakery.generators.steady import SteadyGenerator
 from bakery.geometry import camera as cameras
@@ -83,7 +83,8 @@ def paint(sitter, target, generator, hair=True):
         hair: whether the hair of the portrait is laid over.
 
     Returns:
-        picture [H, W, 3] float32 sRGB-encoded, and the pixels of the face [H, W] 0..1.
+        picture [H, W, 3] float32 sRGB-encoded, and the face [H, W] 0..1 as `planes.face_mask` has
+        it. The hair layer is no part of that: it carries skin too, beside the hair.
     """
     own = sitter.neutral.fit
     neutral = scenes.neutral_for(sitter.head, sitter.subject.neutral, own.head, target.fit)
@@ -107,22 +108,24 @@ def paint(sitter, target, generator, hair=True):
             [np.log(np.maximum(made.ratio, 1e-3)), made.color, made.alpha[..., None]], -1
         )
         image = _changed(seen.deformed_neutral, layers, affine)
-    picture, face = _shown(sitter, seen, image, hair)
+    picture, face = (
+        _shown(sitter, seen, image, hair),
+        face_mask(sitter.head, seen) / np.float32(255),
+    )
     if target.fit is None:
         picture, face = shrunk(picture, frame), shrunk(face, frame)
     return picture, face
 
 
 def _shown(sitter, seen, image, hair=True):
-    """A generated picture [H, W, 3] linear with hair and background, encoded; the face's pixels."""
-    uv = interpolate(seen.fragments, sitter.head.uv[sitter.head.uv_faces])
-    skin = is_part(seen.part, "skin")[..., None]
-    covered = bilinear(sitter.hair, uv * sitter.hair.shape[0]) * skin
+    """A generated picture [H, W, 3] linear with hair and background, encoded."""
     if hair:
-        image = lay_hair(image, covered)
+        uv = interpolate(seen.fragments, sitter.head.uv[sitter.head.uv_faces])
+        skin = is_part(seen.part, "skin")[..., None]
+        image = lay_hair(image, bilinear(sitter.hair, uv * sitter.hair.shape[0]) * skin)
     inside = seen.part != NONE
     picture = np.where(inside[..., None], to_encoded(np.clip(image, 0, 1)), BACKGROUND)
-    return picture.astype(np.float32), (inside * (1 - covered[..., 3])).astype(np.float32)
+    return picture.astype(np.float32)
 
 
 def _changed(deformed, layers, affine):
@@ -176,7 +179,7 @@ def film(sitter, take, generator, output, view=(0.0, 0.0), frames=None, progress
     def pictures():
         for k, (seen, made) in enumerate(side_by_side(painted, poses(sitter, take, still, chosen))):
             image = steady.follow(sitter.head, seen, made).image
-            picture = shrunk(_shown(sitter, seen, image)[0], still)
+            picture = shrunk(_shown(sitter, seen, image), still)
             yield np.round(picture * 255).astype(np.uint8)
             show("generate", k + 1, len(chosen))
 

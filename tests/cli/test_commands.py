@@ -141,7 +141,7 @@ def test_frame_needs_no_number():
 def test_dry_run_writes_nothing(bakery, portrait, tmp_path):
     photo, marks = portrait
     done = bakery("build", photo, "--landmarks", marks, "-o", tmp_path / "a.avatar", "-n")
-    assert done.returncode == 0 and "texture.resolution = 1024" in done.stdout
+    assert done.returncode == 0 and "1024 texels" in done.stdout
     assert os.listdir(tmp_path) == []
     done = bakery("build", photo, "-o", tmp_path / "a", "-n", "--set", "texture.size=3")
     assert done.returncode == 2 and "no setting 'size'; known" in done.stderr
@@ -169,6 +169,6 @@ def test_interrupt_ends_with_130_and_goes_on(bakery, portrait, tmp_path):
     said = process.stderr.read()
     assert "interrupted" in said and "Traceback" not in said
     (kept,) = tmp_path.glob(".bakery-*-work")
-    assert {"landmarks.json", "fit.json"} <= set(os.listdir(kept))
+    assert {"detect.json", "fit.json"} <= set(os.listdir(kept))
     done = bakery("-v", *command, "-n")
     assert done.returncode == 0

@@ -12,8 +12,9 @@ from bakery.errors import InputError
 from bakery.formats.image import read_photo
 from bakery.formats.livelink import Take
 from bakery.formats.record import read_faces
-from bakery.heads.base import gaze_of
+from bakery.heads.base import PARTS, gaze_of
 from bakery.show import synthesis as portrayal
+from bakery.stages.condition import condition, face_camera
 from bakery.types import EXPRESSION_INDEX, Generated
 
 
@@ -96,6 +97,23 @@ def test_a_view_turns_the_head(sitter):
     nose = [np.flatnonzero(face.max(0) > 0).mean() for _, face in (left, right)]
     assert abs(nose[0] - nose[1]) > 10
     assert_allclose(left[0][0, 0], 0.5)  # no head there
+
+
+def test_the_mask_is_the_face_alone(sitter):
+    """Of what is seen from the side, nothing of throat, ears and scalp; it fades towards them."""
+    head, neutral = sitter.head, sitter.subject.neutral
+    target = portrayal.Target(np.zeros(52, np.float32), np.zeros(2), None, (30.0, 0.0))
+    _, face = portrayal.paint(sitter, target, Unchanged(), hair=False)
+    camera = face_camera(sitter.neutral.fit, head, neutral, 30.0)
+    seen = condition(head, neutral, sitter.subject.texture, target.expression, (0, 0), camera)
+    marks = head.landmarks(head.mean)[:468]
+    far = np.linalg.norm(head.mean[:, None] - marks[None], axis=2).min(1) > 40  # mm
+    beyond = far[head.faces[seen.fragments.face]].all(-1) & (seen.part == PARTS.index("skin"))
+    beyond = cv2.erode(beyond.astype(np.uint8), np.ones((5, 5))) > 0
+    assert beyond.mean() > 0.02 and face[beyond].max() == 0
+    soft = (face > 0.1) & (face < 0.9)
+    assert face.max() == 1 and soft.sum() > 1000
+    assert 0.2 < face.mean() < 0.6
 
 
 def test_gaze_follows_the_weights_unless_it_is_given():

@@ -269,6 +269,9 @@ def test_clips_that_cannot_be_read(tmp_path):
     for name in ("a.mp4", "nothing.mp4"):
         with pytest.raises(InputError, match=name):
             video.Clip(tmp_path / name)
+    (tmp_path / "a.jpg").write_bytes(b"x")  # FFmpeg opens it, as a video of 0x0 pixels
+    with pytest.raises(InputError, match="no video that can be read"):
+        video.Clip(tmp_path / "a.jpg")
     with pytest.raises(InputError, match=".webm .plays in browsers"):
         video.kind_of("out.avi")
 

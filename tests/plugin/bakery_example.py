@@ -76,6 +76,18 @@ class RedHair:
         return (np.concatenate([alpha, 0 * alpha, 0 * alpha, alpha], -1)).astype(np.float32)
 
 
+class PointsExporter:
+    """The neutral shape as the vertices of an OBJ file."""
+
+    name, sha256, suffix, place = "points", "", ".obj", "exports/points.obj"
+
+    def export(self, avatar, target, size):  # noqa: ANN001, ANN201
+        """See bakery.exporters.base.Exporter."""
+        lines = [f"v {x:.4f} {y:.4f} {z:.4f}" for x, y, z in avatar.neutral]
+        target.write_text("\n".join(lines) + "\n")
+        return {"extras": {"points": len(lines)}}
+
+
 @click.command()
 @click.argument("name", default="world")
 def greet(name: str) -> None:

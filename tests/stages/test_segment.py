@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from bakery import landmarks
+from bakery.errors import FitError
 from bakery.stages.segment import (
     BACKGROUND,
     CLOTHES,
@@ -171,9 +172,9 @@ def test_bad_input():
     picture, _ = paint()
     with pytest.raises(ValueError, match="points: shape"):
         segment(picture, np.zeros((68, 2)))
-    with pytest.raises(ValueError, match="smaller than a pixel"):
+    with pytest.raises(FitError, match="smaller than a pixel"):
         segment(picture, np.zeros((478, 2)))
-    with pytest.raises(ValueError, match="outside the photo"):
+    with pytest.raises(FitError, match="outside the photo"):
         segment(picture, face_points() + 10000)
     with pytest.raises(ValueError, match="encoded: shape"):
         segment(picture[..., 0], face_points())

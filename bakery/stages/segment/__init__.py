@@ -14,6 +14,7 @@ import numpy as np
 
 from bakery import landmarks
 from bakery.check import check_array
+from bakery.errors import FitError
 from bakery.settings import Settings, setting
 from bakery.stages.segment import prior
 from bakery.stages.segment.models import LAB_BINS, GuidedFilter, histogram, lab_bins
@@ -59,7 +60,8 @@ def segment(encoded, points, options=SegmentOptions()):
         Segmentation: labels are background wherever more than about 1.4 face sizes from the face.
 
     Raises:
-        ValueError: a wrong shape, or points without extent.
+        ValueError: a wrong shape.
+        FitError: points without extent, or none near the photo.
     """
     check_array("encoded", encoded, (None, None, 3))
     points = np.asarray(points, np.float64)[:, :2]
@@ -126,7 +128,7 @@ def _frame_box(to_frame, shape):
     low = np.clip(np.floor(corners.min(0)).astype(int), 0, limit)
     high = np.clip(np.ceil(corners.max(0)).astype(int), 0, limit)
     if (high <= low).any():
-        raise ValueError("points: all outside the photo; needs points in pixels of this photo")
+        raise FitError("landmarks that all lie outside the photo; give those of this photo")
     return *low, *high
 
 

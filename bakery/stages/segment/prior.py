@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from bakery import landmarks
+from bakery.errors import FitError
 
 SIZE = 400  # rows and columns of the face frame
 FACE = 140.0  # pixels, geometric mean of face width and height in the face frame
@@ -111,13 +112,13 @@ def face_frame(points):
         [2, 3] matrix for column vectors (x, y, 1).
 
     Raises:
-        ValueError: the points have no extent.
+        FitError: the points have no extent.
     """
     across = points[landmarks.LEFT_EYE_OUTER] - points[landmarks.RIGHT_EYE_OUTER]
     width = np.linalg.norm(points[454] - points[234])
     height = np.linalg.norm(points[10] - points[152])
     if min(np.linalg.norm(across), width, height) < 1:
-        raise ValueError("points: the face is smaller than a pixel; needs 478 distinct points")
+        raise FitError("landmarks of a face smaller than a pixel; give those of this photo")
     scale = FACE / np.sqrt(width * height)
     cos, sin = scale * across / np.linalg.norm(across)
     turn = np.array([[cos, sin], [-sin, cos]])
