@@ -12,8 +12,10 @@ PHOTOS ?= samples
 OUT ?= avatars
 JOBS ?= 1
 FLAGS ?=
+COUNT ?= 50000
+KIND ?=
 
-.PHONY: help setup demo test lint golden bench avatars samples viewer clean
+.PHONY: help setup demo test fuzz lint golden bench avatars samples viewer clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -34,6 +36,9 @@ demo: $(READY) ## bake a sample portrait and say where its picture is
 
 test: $(READY) ## run the tests
 	$(RUN)/python -m pytest
+
+fuzz: $(READY) ## read damaged files: COUNT=50000 of each kind, or only KIND="exr take"
+	$(RUN)/python tests/fuzz $(COUNT) $(KIND)
 
 lint: $(READY) ## check style and spelling
 	$(RUN)/ruff check .

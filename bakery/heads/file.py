@@ -120,12 +120,14 @@ def _from_arrays(arrays):
             kinds, wanted = "U", "text"
         if arrays[key].dtype.kind not in kinds:
             raise ValueError(f"{key} holds {arrays[key].dtype}, needs {wanted}")
-        if arrays[key].ndim == 0 and key not in ("name", "licence", "source"):
-            raise ValueError(f"{key} is one value, needs a list")
+        single = key in ("name", "licence", "source")
+        if (arrays[key].ndim == 0) != single or (key in TEXT and arrays[key].ndim > 1):
+            wanted = "one text" if single else "a list"
+            raise ValueError(f"{key} has shape {list(arrays[key].shape)}, needs {wanted}")
     names = [str(name) for name in arrays["part_names"]]
     unknown = sorted(set(names) - set(PARTS))
     if unknown:
-        raise ValueError(f"unknown part {', '.join(unknown)}, known are {', '.join(PARTS)}")
+        raise ValueError(f"unknown part {unknown[0][:60]!r}, known are {', '.join(PARTS)}")
     if [str(name) for name in arrays["expression_names"]] != list(EXPRESSIONS):
         raise ValueError(
             f"has {len(arrays['expression_names'])} expressions, needs the {len(EXPRESSIONS)} "

@@ -5,6 +5,9 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as some
+from hypothesis.extra import numpy as arrays
 
 from bakery.formats.meshopt import encode_indices, encode_vertices
 
@@ -89,6 +92,19 @@ def test_indices_come_back():
     rng = np.random.default_rng(1)
     indices = np.concatenate([rng.integers(0, 70_000, 500), np.arange(100), [0, 2**31 - 1, 0]])
     assert decode_indices(encode_indices(indices), len(indices)) == indices.tolist()
+
+
+SHAPES = some.tuples(some.integers(1, 300), some.sampled_from([4, 8, 12, 16, 64, 256]))
+
+
+@given(arrays.arrays(np.uint8, SHAPES, fill=some.integers(0, 255)))
+def test_any_bytes_come_back(data):
+    np.testing.assert_array_equal(decode_vertices(encode_vertices(data), *data.shape), data)
+
+
+@given(some.lists(some.integers(0, 2**31 - 1), min_size=1, max_size=200))
+def test_any_indices_come_back(values):
+    assert decode_indices(encode_indices(np.array(values)), len(values)) == values
 
 
 @pytest.mark.parametrize("array", [np.zeros((0, 4), np.uint8), np.zeros((3, 3), np.uint8)])

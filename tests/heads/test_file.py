@@ -56,7 +56,7 @@ DAMAGE = {
     "mean has values that are not finite": change("mean", set_at((0, 0), np.nan)),
     "identity has values that are not finite": change("identity", set_at((0, 0, 0), np.inf)),
     "uv reaches from": change("uv", set_at((0, 0), 1.5)),
-    "unknown part beard": change("part_names", set_at(0, "beard")),
+    "unknown part 'beard'": change("part_names", set_at(0, "beard")),
     "has 51 expressions": change("expression_names", lambda a: a[:51]),
     "does not sum to 1": change("landmark_barycentric", set_at((0, 0), 0.9)),
     "expression_start does not rise": change("expression_start", set_at(3, 99)),
@@ -64,7 +64,9 @@ DAMAGE = {
     "mean holds <U1, needs numbers with a point": change("mean", lambda a: np.full(a.shape, "x")),
     "faces holds float64, needs whole numbers": change("faces", lambda a: a.astype(float)),
     "part_names holds int64, needs text": change("part_names", lambda a: np.arange(len(a))),
-    "identity is one value, needs a list": change("identity", lambda a: np.float16(0)),
+    r"identity has shape \[\], needs a list": change("identity", lambda a: np.float16(0)),
+    r"part_names has shape \[1, 15\], needs a list": change("part_names", lambda a: a[None]),
+    r"name has shape \[2\], needs one text": change("name", lambda a: np.array(["a", "b"])),
     "has 500001 vertices, at most 500000": change(
         "mean", lambda a: np.zeros((500_001, 3), np.float32)
     ),

@@ -128,7 +128,10 @@ def _frame_box(to_frame, shape):
     low = np.clip(np.floor(corners.min(0)).astype(int), 0, limit)
     high = np.clip(np.ceil(corners.max(0)).astype(int), 0, limit)
     if (high <= low).any():
-        raise FitError("landmarks that all lie outside the photo; give those of this photo")
+        raise FitError(
+            "all landmarks lie outside the photo, pixels of this photo are needed; check the "
+            "landmark file"
+        )
     return *low, *high
 
 
@@ -262,7 +265,7 @@ def _bare_brows(skin, points):
     for contour in (landmarks.BROW_RIGHT, landmarks.BROW_LEFT):
         brow = points[list(contour)]
         above = _hull(brow - [0, 0.1 * prior.FACE]) & ~_hull(brow)
-        if skin[above].mean() > 0.6:
+        if above.any() and skin[above].mean() > 0.6:
             bare |= cv2.dilate(_hull(brow).astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
     return bare
 

@@ -118,7 +118,10 @@ def face_frame(points):
     width = np.linalg.norm(points[454] - points[234])
     height = np.linalg.norm(points[10] - points[152])
     if min(np.linalg.norm(across), width, height) < 1:
-        raise FitError("landmarks of a face smaller than a pixel; give those of this photo")
+        raise FitError(
+            "the landmarks make a face smaller than a pixel, 478 distinct points are needed; check "
+            "the landmark file"
+        )
     scale = FACE / np.sqrt(width * height)
     cos, sin = scale * across / np.linalg.norm(across)
     turn = np.array([[cos, sin], [-sin, cos]])
