@@ -10,6 +10,7 @@ from bakery.errors import BundleError
 from bakery.export import hostile, schema
 from bakery.export.layout import PICTURES, ROLES, WEB, gaze_parts, mouth_grid, mouth_parts
 from bakery.formats import exr, record
+from bakery.formats.exr_header import parse_header
 from bakery.formats.files import digest, digest_file, read_bytes, write_bytes
 from bakery.formats.place import MANIFEST
 from bakery.types import EXPRESSIONS, Textures
@@ -63,7 +64,7 @@ def sparse(weights):
     }
 
 
-def list_files(folder):
+def list_files(folder: str | os.PathLike) -> list[dict]:
     """The files of a bundle but for avatar.json, as the manifest lists them."""
     folder = Path(folder)
     return [
@@ -78,12 +79,12 @@ def list_files(folder):
     ]
 
 
-def write_manifest(folder, manifest):
+def write_manifest(folder: str | os.PathLike, manifest: dict) -> None:
     """Write avatar.json, with its digest of itself."""
     write_bytes(Path(folder) / MANIFEST, schema.seal(manifest))
 
 
-def check_manifest(folder):
+def check_manifest(folder: str | os.PathLike) -> tuple[dict, list[str], list[str]]:
     """The manifest, and what is wrong with it.
 
     Returns:
@@ -107,7 +108,7 @@ def check_manifest(folder):
     return manifest, unsafe + problems, notes
 
 
-def read_manifest(folder):
+def read_manifest(folder: str | os.PathLike) -> dict:
     """The manifest, checked against its schema.
 
     Raises:
@@ -225,10 +226,8 @@ def summary(folder, manifest):
     status = {}
     for channel in manifest["channels"].values():
         status[channel["status"]] = status.get(channel["status"], 0) + 1
-    read_file(
-        folder, manifest, "face.exr"
-    )  # it is there, a plain file, and the one that was written
-    resolution = exr.read_header(Path(folder) / "face.exr")[0].width
+    face = read_file(folder, manifest, "face.exr")
+    resolution = parse_header(Path(folder) / "face.exr", face)[0][0].width
     return {
         "bundle": Path(folder).name,
         "version": manifest["asset"]["version"],

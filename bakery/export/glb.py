@@ -78,7 +78,7 @@ def write_glb(path, levels, shape_names, texture, cards, generator):
     _write(path, document, made)
 
 
-def write_proxies(path, proxies, shape_names, generator):
+def write_proxies(path, proxies: list[Surface], shape_names, generator: str) -> None:
     """Write the meshes that carry the pictures of mouth and eyes: a node each, without a picture.
 
     They have a file of their own because engines draw all scenes of a file: over the head's own

@@ -12,7 +12,7 @@ import unicodedata
 from pathlib import Path
 
 from bakery.errors import BakeryError, BundleError
-from bakery.export.layout import ROLES, WEB
+from bakery.export.layout import is_opened
 from bakery.formats import exr, npz
 from bakery.formats.files import digest_file, read_bytes
 from bakery.formats.image_header import read_header
@@ -85,12 +85,9 @@ def file_problem(folder, entry):
 
 
 def header_problem(folder, name):
-    """What the header of a file promises that is too much, or None; no pixel is opened.
-
-    Files that no player opens, which belong to extras or an extension, are not looked into.
-    """
+    """What the header of a file promises that is too much, or None; no pixel is opened."""
     path = Path(folder) / name
-    if name not in ROLES and not name.startswith(f"{WEB}/"):
+    if not is_opened(name):
         return None
     try:
         if name.endswith(".exr"):

@@ -30,18 +30,23 @@ CONVENTIONS = {
 }
 
 
-def gaze_parts(count):
+def is_opened(name: str) -> bool:
+    """Whether players open a file; others belong to extras or an extension, and are left alone."""
+    return name in ROLES or name.startswith(f"{WEB}/")
+
+
+def gaze_parts(count: int) -> list[str]:
     """Names of the parts of gaze.exr."""
     return [f"gaze{index:02d}" for index in range(count)]
 
 
-def mouth_grid(count):
+def mouth_grid(count: int) -> tuple[int, int]:
     """Columns and rows of the cells of each part of mouth.exr."""
     columns = min(count, SHEET[0])
     return columns, min(math.ceil(count / columns), SHEET[1])
 
 
-def mouth_parts(count):
+def mouth_parts(count: int) -> list[str]:
     """Names of the parts of mouth.exr, by the first and the last mouth that is in them."""
     size = math.prod(mouth_grid(count))
     return [

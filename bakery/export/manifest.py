@@ -84,7 +84,7 @@ class Baked:
     recipe: str = ""  # SHA-256 over all that the bundle depends on; "" if unknown
 
 
-def manifest(baked, exported, listed):
+def manifest(baked: Baked, exported: list[dict], listed: list[dict]) -> dict:
     """Everything that avatar.json says, but for its digest of itself.
 
     Args:

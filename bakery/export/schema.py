@@ -2,13 +2,12 @@
 
 import json
 from functools import cache
-from pathlib import Path
 
 from bakery.errors import BundleError
 from bakery.formats import record
 from bakery.formats.files import digest
+from bakery.paths import ASSETS
 
-FOLDER = Path(__file__).resolve().parent.parent / "assets" / "schema"
 MANIFEST, WEB = "avatar-1.schema.json", "avatar-web-1.schema.json"
 MAJOR, MINOR = 1, 1
 VERSION = f"{MAJOR}.{MINOR}"  # that is written
@@ -19,7 +18,7 @@ LONGEST = 160  # letters of a finding
 @cache
 def schema(name: str = MANIFEST) -> dict:
     """A published JSON Schema; that of the manifest, unless told otherwise."""
-    return json.loads((FOLDER / name).read_text(encoding="utf-8"))
+    return json.loads((ASSETS / "schema" / name).read_text(encoding="utf-8"))
 
 
 def read_version(name, table: dict) -> int:
@@ -63,7 +62,7 @@ def findings(name, table: dict, which: str = MANIFEST) -> tuple[list[str], list[
     newer = read_version(name, table) > MINOR
     problems, notes = [], []
     for error in jsonschema.Draft202012Validator(schema(which)).iter_errors(table):
-        where = "/".join(str(step) for step in error.absolute_path) or "the manifest"
+        where = "/".join(str(step) for step in error.absolute_path) or "the outer table"
         added = error.validator == "additionalProperties" or (
             error.validator == "enum" and error.absolute_path[-1] == "role"
         )

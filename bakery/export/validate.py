@@ -6,7 +6,7 @@ from pathlib import Path
 
 from bakery.errors import BakeryError
 from bakery.export import bundle, hostile, schema
-from bakery.export.layout import RIG, ROLES
+from bakery.export.layout import RIG, is_opened
 from bakery.export.validate_glb import glb_problems
 from bakery.export.web import files as web
 from bakery.formats import exr, record
@@ -37,12 +37,12 @@ class Report:
     notes: list[str]  # what this version does not know, in a bundle of a newer minor version
 
 
-def problems(folder) -> list[str]:
+def problems(folder: str | os.PathLike) -> list[str]:
     """The problems of `examine`."""
     return examine(folder).problems
 
 
-def examine(folder) -> Report:
+def examine(folder: str | os.PathLike) -> Report:
     """Everything that is wrong with a bundle.
 
     The manifest comes first, by its digest of itself, then hashes; only files that are what was
@@ -141,7 +141,7 @@ def _content_problems(path, name, manifest):
     """Problems and notes about what is in a file."""
     minor = schema.read_version(MANIFEST, manifest)
     try:
-        if name not in ROLES and not name.startswith(f"{web.FOLDER}/"):
+        if not is_opened(name):
             return [], []
         if name.endswith(".exr"):
             return _exr_problems(path, name, manifest)

@@ -2,6 +2,7 @@
 
 import json
 import struct
+from collections.abc import Iterable
 
 from bakery.types import EXPRESSIONS
 
@@ -10,7 +11,7 @@ DAMAGE = (
 )  # fmt: skip
 
 
-def glb_problems(name: str, data: bytes, meshes, minor: int) -> list[str]:
+def glb_problems(name: str, data: bytes, meshes: Iterable[str], minor: int) -> list[str]:
     """Findings about a GLB file.
 
     Args:

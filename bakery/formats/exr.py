@@ -30,7 +30,7 @@ THREADS = 2  # lines are packed one by one: the bytes do not depend on it
 LARGEST = 2**31  # bytes of a file
 
 
-def write_exr(path, parts, color=LINEAR) -> int:
+def write_exr(path, parts: dict, color: str = LINEAR) -> int:
     """Write pictures as the parts of one file.
 
     Args:

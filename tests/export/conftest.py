@@ -102,7 +102,8 @@ def old_bundle(bundle, tmp_path_factory):
     _old_head(folder)
     _old_web(folder)
     del manifest["sha256"]
-    manifest["provenance"].pop("models", None)
+    for added in ("models", "recipe"):
+        manifest["provenance"].pop(added, None)
     manifest["fit"].pop("head_sha256", None)
     manifest["asset"]["version"] = "1.0"
     files = {entry["path"]: entry for entry in manifest["files"]}

@@ -152,7 +152,7 @@ def _encoded(pictures, share):
     return [to_encoded(picture) for picture in pictures]
 
 
-def head_path(description):
+def head_path(description: dict) -> str:
     """Where the head of a description for browsers stands in the bundle."""
     return f"{FOLDER}/{description.get('geometry', OLD_HEAD)}"
 
