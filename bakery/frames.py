@@ -123,7 +123,7 @@ def neutral_for(head, neutral, name, fit):
         return neutral
     try:
         theirs = steps.fitted_neutral(load_head(fit.head), fit)
-    except ModelError:  # a head model that was given by its path, or is not installed here
+    except (InputError, ModelError):  # given by its path, or not installed here
         return neutral
     if len(theirs) not in (len(neutral), own_vertices(head)):
         return neutral
