@@ -137,6 +137,79 @@ def ict(source, output, overwrite):
     options.wrote(path)
 
 
+@import_.command(cls=options.Command)
+@click.argument("source", metavar="FILE", type=click.Path(path_type=Path))
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="NAME.npz.")
+@click.option(
+    "--up", type=click.Choice(["x", "y", "z", "-x", "-y", "-z"]), help="Axis that points up."
+)
+@click.option(
+    "--units", type=click.Choice(["mm", "cm", "m", "in"]), help="Unit of the coordinates."
+)
+@click.option(
+    "--topology",
+    type=click.Choice(["auto", "file", "built-in"]),
+    default="auto",
+    show_default=True,
+    help="Whose triangles the skin has; auto keeps the file's if eyes and mouth can open.",
+)
+@click.option(
+    "--triangles",
+    type=click.IntRange(5_000, 200_000),
+    default=60_000,
+    show_default=True,
+    help="Thin the skin out to so many.",
+)
+@click.option("--landmarks", type=click.Path(path_type=Path), help="JSON: the points on the mesh.")
+@click.option(
+    "--picture",
+    type=click.Path(path_type=Path),
+    help="Only draw the mesh from the front to this PNG, for landmarks by `bakery detect`.",
+)
+@click.option("--licence", default="unknown; ask its owner", show_default=True)
+@click.option(
+    "--source", "origin", default="", help="Where the mesh is from; the file's name if left out."
+)
+@options.overwrite
+def mesh(source, output, overwrite, landmarks, picture, licence, origin, **chosen):
+    """Make a head model of any OBJ, PLY, GLB or glTF of a head: a minute or two.
+
+    The built-in head's shapes, people, landmarks, eyes and teeth are carried over to it.
+
+    \b
+    bakery heads import mesh scan.obj -o scan.npz --licence CC-BY-4.0
+    bakery build portrait.jpg --head scan.npz -o portrait.avatar
+    """
+    from bakery.formats.image import write_image
+    from bakery.heads.file import load_head, save_head
+    from bakery.heads.mesh import given
+    from bakery.heads.mesh.assemble import MeshOptions, import_mesh
+    from bakery.heads.mesh.look import look as drawn_and_detected
+    from bakery.heads.mesh.read import read_surface
+    from bakery.plugins import plug_in
+
+    if picture:
+        options.may_write(picture, overwrite)
+        write_image(picture, given.drawn(read_surface(source), chosen["up"]).picture)
+        options.wrote(picture)
+        return
+    options.may_write(output, overwrite)
+
+    detector = plug_in("detectors", "network")
+
+    def look(surface, head, up):
+        if landmarks:
+            return given.read_seen(landmarks, surface, up)
+        return drawn_and_detected(surface, detector.detect, head, up)
+
+    settings = MeshOptions(**chosen, licence=licence, source=origin)
+    head, about = import_mesh(source, load_head(), look, output.stem, settings)
+    for line in about:
+        options.say(line)
+    save_head(output, head)
+    options.wrote(output)
+
+
 @heads.group(cls=options.Group)
 def build():
     """Make a built-in head model anew (for developers)."""

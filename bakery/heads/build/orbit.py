@@ -20,11 +20,12 @@ SEAL = 0.5  # mm that the upper lid closes more at the nose, where the source le
 HELD, FREE = 1.5, 5.0  # mm over the ball: lids nearer than the first move with it, beyond freely
 
 
-def lay_lids(patch, balls):
+def lay_lids(patch, balls, seal=SEAL):
     """The skin with its lids on the balls.
 
     Args:
         patch: Patch of the skin, sockets and mouth cavity; balls: Ball, left and right.
+        seal: mm that the upper lid closes more at the nose.
     """
     skin = np.zeros(len(patch.mean), bool)
     skin[patch.faces[patch.parts == PARTS.index("skin")]] = True
@@ -45,7 +46,7 @@ def lay_lids(patch, balls):
             if name == "eyeBlink" + side:
                 travel = np.linalg.norm(expression[k, at], axis=1)
                 clear = CLEAR + (CLEAR_SHUT - CLEAR) * travel / travel.max()
-                expression[k, at, 1] -= SEAL * _at_nose(mean[at], expression[k, at])
+                expression[k, at, 1] -= seal * _at_nose(mean[at], expression[k, at])
             expression[k, at] += _missing(
                 mean[at] + expression[k, at], ball, clear, gaze_of(one)[eye]
             )

@@ -52,12 +52,12 @@ def clay(head, vertices, yaw=0.0, pitch=0.0, center=(0.0, -28.0, 0.0), width=180
     light = 0.18
     for direction, strength in LAMPS:
         light = light + strength * np.clip(normals @ direction / np.linalg.norm(direction), 0, 1)
-    color = interpolate(seen, _colors(head)[shown])
+    color = interpolate(seen, colors(head)[shown])
     picture = np.where((seen.face >= 0)[..., None], color * light[..., None], BACKGROUND)
     return (np.clip(picture, 0, 1) ** (1 / 1.6)).astype(np.float32)
 
 
-def _colors(head):
+def colors(head):
     """Colour of each corner of each face [F, 3, 3]."""
     out = np.array([COLORS.get(name, WHITE) for name in PARTS])[head.face_part]
     out = np.repeat(out[:, None], 3, axis=1)
