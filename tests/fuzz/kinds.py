@@ -9,6 +9,7 @@ import shutil
 from dataclasses import dataclass
 
 import containers
+import media
 import mutate
 import numpy as np
 
@@ -138,9 +139,9 @@ def files(folder):
         Kind("landmarks", found("tables/faces.json"), json_change, record.read_faces),
         Kind("exr", found("exrs/*.exr"), containers.exr, both_exr),
         Kind("take", found("takes/*"), take_change, livelink.read_take),
-        Kind("sound", found("clips/clip.*"), containers.video, sound),
-        Kind("clip", found("clips/[cm]*.*"), containers.video, pictures, share=0.5),
-        Kind("photo", found("photos/*"), containers.picture, photo),
+        Kind("sound", found("clips/clip.*"), media.video, sound),
+        Kind("clip", found("clips/[cm]*.*"), media.video, pictures, share=0.5),
+        Kind("photo", found("photos/*"), media.picture, photo),
     ]
 
 
@@ -212,7 +213,7 @@ def change_any(rng, data, others):
     if data.startswith(b"glTF"):
         return containers.glb(rng, data, others)
     if data.startswith((b"\x89PNG", b"RIFF")):
-        return containers.picture(rng, data, others)
+        return media.picture(rng, data, others)
     return json_change(rng, data, others)
 
 

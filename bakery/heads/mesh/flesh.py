@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bakery.heads import atlas, margins
+from bakery.heads import margins
 from bakery.heads.base import EYES, PARTS
+from bakery.heads.build import flatten as atlas
 from bakery.heads.embed import on_faces, sides, skin_rims, with_landmarks
 from bakery.heads.mesh import openings, parts, register, transfer, unwrap
 from bakery.heads.mesh.lining import lining

@@ -8,11 +8,11 @@ import numpy as np
 
 from bakery.errors import InputError
 from bakery.geometry import rotation
-from bakery.heads import clay
 from bakery.heads.mesh.draw import SIZE, SKIN, cast, draw, first_view, frames
 from bakery.heads.mesh.pose import Seen, Sights, shape_of, similarity
 from bakery.heads.mesh.read import Surface, pieces
 from bakery.heads.mesh.register import FLESH, fit_identity
+from bakery.heads.report import shaded as clay
 from bakery.landmarks import FACE, LEFT_IRIS, RIGHT_IRIS
 
 SURE = 0.85  # score of a face at which no other axes are tried
