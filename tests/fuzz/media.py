@@ -1,5 +1,6 @@
 """Changes of clips and pictures that know the format: MP4, WebM, PNG, JPEG, TIFF; see `containers`."""
 
+import io
 import struct
 import zlib
 from functools import cache
