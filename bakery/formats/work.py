@@ -84,10 +84,12 @@ def work_folder(target, folder=None):
     kept = folder is not None
     place = Path(folder) if kept else target.parent / f"{prefix(target)}{WORK}"
     try:
-        if place.exists() and not place.is_dir():
-            raise InputError(f"{place}: is no folder; give another --work")
         place.mkdir(parents=True, exist_ok=True)
         lock = take_lock(place)
+    except FileExistsError:  # no folder, or one that another bake removed at this moment
+        if place.is_file():
+            raise InputError(f"{place}: is no folder; give another --work") from None
+        lock = None
     except OSError as error:
         raise disk_error(place, error) from None
     if lock is None:
