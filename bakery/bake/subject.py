@@ -21,7 +21,7 @@ from bakery.types import Camera, Conditions, Fit
 
 
 @dataclass(frozen=True, eq=False)
-class Sitting:
+class Observation:
     """One photo of a person, seen in the frame that pairs have."""
 
     # Of the photo's fit, with the texture of the neutral photo, drawn finer than the frame.
@@ -39,7 +39,7 @@ class Sitting:
         return _bytes(self.picture * (self.planes.part != NONE)[..., None])
 
 
-class Sitter:
+class FittedSubject:
     """A person photographed in neutral, ready to be paired with other photographs."""
 
     def __init__(self, path, landmarks, head, options=None, size=SIZE, photo=None):
@@ -65,16 +65,16 @@ class Sitter:
         resolution = self.options.texture.resolution
         prepared = prepare(photo, landmarks, fit, neutral, self.head, cover, resolution)
         self.subject, self.hair = prepared.subject, prepared.hair
-        self.neutral = self._seat(photo, landmarks.points, fit, segmentation, neutral)
+        self.neutral = self._observation(photo, landmarks.points, fit, segmentation, neutral)
 
-    def sit(self, path, landmarks):
-        """Another photo of this person: Sitting."""
+    def observe(self, path, landmarks):
+        """Another photo of this person: Observation."""
         photo = read_photo(path)
         fit, segmentation = fit_portrait(path, photo, landmarks, self.model, self.options)
         neutral = fitted_neutral(self.model, fit)
-        return self._seat(photo, landmarks.points, fit, segmentation, neutral)
+        return self._observation(photo, landmarks.points, fit, segmentation, neutral)
 
-    def _seat(self, photo, points, fit, segmentation, neutral):
+    def _observation(self, photo, points, fit, segmentation, neutral):
         camera, affine = face_frame(fit, points, self.size)
         drawn = condition(
             self.head, neutral, self.subject.texture, fit.expression, fit.gaze, finer(camera)
@@ -86,7 +86,7 @@ class Sitter:
         clear = np.where(inner, 1, smoothstep(0.3, 0.9, skin)) * (1 - hair)
         # The border of hair and of the photo's own outline is not trusted either.
         clear = cv2.erode(clear.astype(np.float32), np.ones((5, 5)))
-        return Sitting(
+        return Observation(
             drawn,
             camera,
             layers,

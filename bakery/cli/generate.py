@@ -62,7 +62,7 @@ def generate(
     from bakery.formats.video import kind_of
     from bakery.motion.animate import parse_frames
     from bakery.plugins import plug_in
-    from bakery.show import synthesis as portrayal
+    from bakery.show import synthesis
 
     if curves is not None:
         kind_of(output)
@@ -71,22 +71,22 @@ def generate(
     chosen = options.build_options(preset, settings)
     asked = [wanted.pop(name) for name in ("weights", "fitted", "gaze", "yaw", "pitch")]
     if curves is None:
-        target = portrayal.parse(*asked)
+        target = synthesis.parse(*asked)
     elif any(asked[:3]) or mask is not None:
         raise click.UsageError("--curves brings its own expressions and gaze; no --mask either")
     painter = plug_in("generators", generator)
     if curves is not None:
         take, view = read_take(curves, base), (asked[3] or 0.0, asked[4] or 0.0)
         chosen_frames = slice(*parse_frames(frames))
-        sitter = portrayal.sit(photo, head, chosen, **wanted)
+        fitted = synthesis.fit_subject(photo, head, chosen, **wanted)
         with options.progress(output.name) as progress:
-            portrayal.film(sitter, take, painter, output, view, chosen_frames, progress)
+            synthesis.film(fitted, take, painter, output, view, chosen_frames, progress)
         options.wrote(output)
         for note in take.notes:
             options.say(f"{curves}: {note}")
         return
-    sitter = portrayal.sit(photo, head, chosen, **wanted)
-    picture, face = portrayal.paint(sitter, target, painter, hair)
+    fitted = synthesis.fit_subject(photo, head, chosen, **wanted)
+    picture, face = synthesis.paint(fitted, target, painter, hair)
     write_image(output, picture)
     if mask is not None:
         write_image(mask, face)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bakery.bake.options import BuildOptions
-from bakery.bake.subject import Sitter
+from bakery.bake.subject import FittedSubject
 from bakery.errors import InputError
 from bakery.evaluate.fitting import landmarks_of
 from bakery.generators.identity import features_of, verify
@@ -23,13 +23,13 @@ def faces(pairs, head, size=256):
     # Only the photos are looked at, not the texture: the smallest does.
     options = BuildOptions(texture=TextureOptions(resolution=512))
     for pair in pairs:
-        sitter = Sitter(pair.neutral, landmarks_of(pair.neutral_points), head, options, size)
-        sitting = sitter.sit(pair.smiling, landmarks_of(pair.smiling_points))
+        fitted = FittedSubject(pair.neutral, landmarks_of(pair.neutral_points), head, options, size)
+        observation = fitted.observe(pair.smiling, landmarks_of(pair.smiling_points))
         yield (
             pair.name,
             *(
                 (seat.head_only * (seat.face[..., None] / 255.0)).astype(np.uint8)
-                for seat in (sitter.neutral, sitting)
+                for seat in (fitted.neutral, observation)
             ),
         )
 

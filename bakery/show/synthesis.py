@@ -9,7 +9,7 @@ import numpy as np
 
 from bakery import __version__
 from bakery.bake.faces import landmarks_file, one_face
-from bakery.bake.subject import Sitter
+from bakery.bake.subject import FittedSubject
 from bakery.errors import InputError
 from bakery.export.manifest import IPTC
 from bakery.formats import video
@@ -63,17 +63,17 @@ def parse(weights="", fitted=None, gaze=None, yaw=None, pitch=None):
     return Target(asked["expression"], direction, asked["fit"], view)
 
 
-def sit(photo, head, options, landmarks=None, face=None, frame=None):
-    """Fit and unwrap the portrait: Sitter.
+def fit_subject(photo, head, options, landmarks=None, face=None, frame=None):
+    """Fit and unwrap the portrait: FittedSubject.
 
     Raises:
         BakeryError: it cannot be used.
     """
     image, found = one_face(photo, frame, landmarks_file(landmarks, photo), face)
-    return Sitter(photo, found, load_head(head), options, photo=image)
+    return FittedSubject(photo, found, load_head(head), options, photo=image)
 
 
-def paint(sitter, target, generator, hair=True):
+def paint(fitted, target, generator, hair=True):
     """Paint a target.
 
     A target in another photo's camera is painted in a square around the face, as the generator
@@ -87,21 +87,21 @@ def paint(sitter, target, generator, hair=True):
         picture [H, W, 3] float32 sRGB-encoded, and the face [H, W] 0..1 as `planes.face_mask` has
         it. The hair layer is no part of that: it carries skin too, beside the hair.
     """
-    own = sitter.neutral.fit
-    neutral = scenes.neutral_for(sitter.head, sitter.subject.neutral, own.head, target.fit)
+    own = fitted.neutral.fit
+    neutral = scenes.neutral_for(fitted.head, fitted.subject.neutral, own.head, target.fit)
     if target.fit is None:
-        frame = face_camera(own, sitter.head, neutral, *target.view)
+        frame = face_camera(own, fitted.head, neutral, *target.view)
         camera = finer(frame)
     else:
         camera, affine = face_frame(target.fit, target.fit.landmarks_projected)
 
     def drawn(camera):
         return condition(
-            sitter.head, neutral, sitter.subject.texture, target.expression, target.gaze, camera
+            fitted.head, neutral, fitted.subject.texture, target.expression, target.gaze, camera
         )
 
     seen = drawn(camera)
-    made = generator.generate(sitter.subject, seen)
+    made = generator.generate(fitted.subject, seen)
     image = made.image
     if target.fit is not None:
         seen = drawn(target.fit.camera)
@@ -109,20 +109,20 @@ def paint(sitter, target, generator, hair=True):
             [np.log(np.maximum(made.ratio, 1e-3)), made.color, made.alpha[..., None]], -1
         )
         image = _changed(seen.deformed_neutral, layers, affine)
-    picture = _shown(sitter, seen, image, hair)
-    face = face_mask(sitter.head, seen) / np.float32(255)
+    picture = _shown(fitted, seen, image, hair)
+    face = face_mask(fitted.head, seen) / np.float32(255)
     face[enclosed(face < 1)] = 1  # cheeks lie far from the next landmark
     if target.fit is None:
         picture, face = shrunk(picture, frame), shrunk(face, frame)
     return picture, face
 
 
-def _shown(sitter, seen, image, hair=True):
+def _shown(fitted, seen, image, hair=True):
     """A generated picture [H, W, 3] linear with hair and background, encoded."""
     if hair:
-        uv = interpolate(seen.fragments, sitter.head.uv[sitter.head.uv_faces])
+        uv = interpolate(seen.fragments, fitted.head.uv[fitted.head.uv_faces])
         skin = is_part(seen.part, "skin")[..., None]
-        image = lay_hair(image, bilinear(sitter.hair, uv * sitter.hair.shape[0]) * skin)
+        image = lay_hair(image, bilinear(fitted.hair, uv * fitted.hair.shape[0]) * skin)
     inside = seen.part != NONE
     picture = np.where(inside[..., None], to_encoded(np.clip(image, 0, 1)), BACKGROUND)
     return picture.astype(np.float32)
@@ -142,7 +142,7 @@ def _changed(deformed, layers, affine):
     return deformed * np.exp(parts[0]) * (1 - alpha) + parts[1] * alpha
 
 
-def film(sitter, take, generator, output, view=(0.0, 0.0), frames=None, progress=None):
+def film(fitted, take, generator, output, view=(0.0, 0.0), frames=None, progress=None):
     """Paint every frame of a take into a video.
 
     Each frame is painted from its own conditions; `generators.steady` keeps it near the last one.
@@ -164,22 +164,22 @@ def film(sitter, take, generator, output, view=(0.0, 0.0), frames=None, progress
     if not len(chosen):
         raise InputError(f"--frames: the take has {count} frames; begin below that")
     still = face_camera(
-        sitter.neutral.fit, sitter.head, sitter.subject.neutral, *view, share=FILM_SHARE
+        fitted.neutral.fit, fitted.head, fitted.subject.neutral, *view, share=FILM_SHARE
     )
     show = progress or (lambda step, done, total: None)
-    subject, steady = sitter.subject, SteadyGenerator(generator)
+    subject, steady = fitted.subject, SteadyGenerator(generator)
 
     def painted(pose):
         weights, gaze, camera = pose
         seen = condition(
-            sitter.head, subject.neutral, subject.texture, weights, gaze, finer(camera)
+            fitted.head, subject.neutral, subject.texture, weights, gaze, finer(camera)
         )
         return seen, generator.generate(subject, seen)
 
     def pictures():
-        for k, (seen, made) in enumerate(side_by_side(painted, poses(sitter, take, still, chosen))):
-            image = steady.follow(sitter.head, seen, made).image
-            picture = shrunk(_shown(sitter, seen, image), still)
+        for k, (seen, made) in enumerate(side_by_side(painted, poses(fitted, take, still, chosen))):
+            image = steady.follow(fitted.head, seen, made).image
+            picture = shrunk(_shown(fitted, seen, image), still)
             yield np.round(picture * 255).astype(np.uint8)
             show("generate", k + 1, len(chosen))
 
@@ -194,7 +194,7 @@ def film(sitter, take, generator, output, view=(0.0, 0.0), frames=None, progress
         video.join(output, [part], kind, take.rate, (still.width, still.height), note)
 
 
-def poses(sitter, take, still, numbers):
+def poses(fitted, take, still, numbers):
     """Expression [E], gaze [2] degrees and Camera of the frames `numbers` of a take.
 
     Args:
@@ -203,15 +203,15 @@ def poses(sitter, take, still, numbers):
     weights, turns, eyes = take.at(np.array(numbers) / take.rate)
     gazes = [gaze_of(row).mean(0) for row in weights] if eyes is None else eyes.mean(1)
     for row, gaze, angles in zip(weights, gazes, turns):
-        yield row, gaze, turned(sitter, still, angles)
+        yield row, gaze, turned(fitted, still, angles)
 
 
-def turned(sitter, camera, angles):
+def turned(fitted, camera, angles):
     """The camera of a head that is turned by angles [3]: yaw, pitch and roll in degrees."""
     yaw, pitch, roll = angles
     tilt = rotation.matrix([0, 0, -np.radians(roll)])
     turn = rotation.matrix(camera.rotation) @ rotation.yaw_pitch(yaw, pitch) @ tilt
-    points = sitter.head.landmarks(sitter.subject.neutral)[:FACE]
+    points = fitted.head.landmarks(fitted.subject.neutral)[:FACE]
     pivot = np.array([0.0, *points[:, 1:].mean(0)])
     where = cameras.to_camera(pivot, camera)
     return replace(camera, rotation=rotation.vector(turn), translation=where - turn @ pivot)

@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from bakery.bake.subject import Sitter
+from bakery.bake.subject import FittedSubject
 from bakery.errors import BakeryError
 from bakery.generators.hints import hints
 from bakery.generators.planes import encode
@@ -45,46 +45,48 @@ def write_pairs(people, landmarks, head, output, options=None):
         if path.exists():
             continue
         try:
-            sitter = Sitter(person.neutral, landmarks(person.neutral), head, options)
-            sittings = [sitter.sit(photo, landmarks(photo)) for _, photo in person.others]
+            fitted = FittedSubject(person.neutral, landmarks(person.neutral), head, options)
+            observations = [fitted.observe(photo, landmarks(photo)) for _, photo in person.others]
         except BakeryError as error:
             yield person, error
             continue
-        pairs = [pair_of(sitter, sitting, number) for sitting in (*sittings, sitter.neutral)]
+        pairs = [
+            pair_of(fitted, observation, number) for observation in (*observations, fitted.neutral)
+        ]
         write_shard(path, pairs, {"person": person.name})
         yield person, None
 
 
-def pair_of(sitter, sitting, number):
+def pair_of(fitted, observation, number):
     """A person as a photo shows them: PaintedPair.
 
     Args:
-        sitter: Sitter.
-        sitting: of `sitter.sit`; `sitter.neutral` makes the neutral photo its own target.
+        fitted: FittedSubject.
+        observation: of `fitted.sit`; `fitted.neutral` makes the neutral photo its own target.
         number: of the subject.
     """
-    layers, fit = sitting.planes, sitting.fit
-    target = sitting.head_only
+    layers, fit = observation.planes, observation.fit
+    target = observation.head_only
     for mend in (without_drift, registered):
-        target = mend(target, layers.deformed, sitting.face, layers.part)
+        target = mend(target, layers.deformed, observation.face, layers.part)
     return PaintedPair(
-        photo=sitter.neutral.head_only,
-        photo_face=sitter.neutral.face,
+        photo=fitted.neutral.head_only,
+        photo_face=fitted.neutral.face,
         target=target,
         deformed=layers.deformed,
         normals=layers.normals,
         depth=layers.depth,
         gaze=layers.gaze,
         part=layers.part,
-        face=sitting.face,
-        landmarks=sitting.points.astype(np.float32),
+        face=observation.face,
+        landmarks=observation.points.astype(np.float32),
         expression=fit.expression.astype(np.float32),
-        **hints(sitter.subject, sitting.conditions, sitting.camera),
+        **hints(fitted.subject, observation.conditions, observation.camera),
         gaze_angles=np.asarray(fit.gaze, np.float32),
         yaw=0.0,
         pitch=0.0,
         subject=number,
-        head=sitter.model.name,
+        head=fitted.model.name,
     )
 
 

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from bakery.bake.subject import Sitter
+from bakery.bake.subject import FittedSubject
 from bakery.errors import InputError
 from bakery.formats.image import read_photo
 from bakery.formats.livelink import Take
 from bakery.formats.record import read_faces
 from bakery.geometry.fill import enclosed
 from bakery.heads.base import PARTS, gaze_of
-from bakery.show import synthesis as portrayal
+from bakery.show import synthesis
 from bakery.stages.condition import condition, face_camera
 from bakery.types import EXPRESSION_INDEX, Generated
 
@@ -30,17 +30,17 @@ class Unchanged:
 
 
 @pytest.fixture(scope="module")
-def sitter(portrait, head):
+def fitted(portrait, head):
     _, (face,) = read_faces(portrait[1])
-    return Sitter(portrait[0], face, head)
+    return FittedSubject(portrait[0], face, head)
 
 
-def test_another_photos_fit_is_painted_over_that_photo(sitter, portrait):
+def test_another_photos_fit_is_painted_over_that_photo(fitted, portrait):
     """The portrait in its own fit is the portrait again, at its own size."""
-    target = portrayal.Target(
-        sitter.neutral.fit.expression, sitter.neutral.fit.gaze, sitter.neutral.fit
+    target = synthesis.Target(
+        fitted.neutral.fit.expression, fitted.neutral.fit.gaze, fitted.neutral.fit
     )
-    picture, face = portrayal.paint(sitter, target, Unchanged(), hair=False)
+    picture, face = synthesis.paint(fitted, target, Unchanged(), hair=False)
     photo = read_photo(portrait[0]).encoded
     assert picture.shape == photo.shape and face.shape == photo.shape[:2]
     whole = (face > 0.99)[140:340, 130:270]
@@ -49,7 +49,7 @@ def test_another_photos_fit_is_painted_over_that_photo(sitter, portrait):
     assert whole.mean() > 0.5 and np.median(difference) < 0.02
 
 
-def test_change_is_laid_where_it_was_painted(sitter):
+def test_change_is_laid_where_it_was_painted(fitted):
     """A generator that doubles the light in its left half does so in the photo's left half."""
 
     class Half(Unchanged):
@@ -58,9 +58,9 @@ def test_change_is_laid_where_it_was_painted(sitter):
             made.ratio[:, :256] = 2.0
             return made
 
-    fit = sitter.neutral.fit
-    target = portrayal.Target(fit.expression, fit.gaze, fit)
-    plain, half = (portrayal.paint(sitter, target, g, hair=False)[0] for g in (Unchanged(), Half()))
+    fit = fitted.neutral.fit
+    target = synthesis.Target(fit.expression, fit.gaze, fit)
+    plain, half = (synthesis.paint(fitted, target, g, hair=False)[0] for g in (Unchanged(), Half()))
     middle = fit.landmarks_projected[:, 0]
     column = int((middle.min() + middle.max()) / 2)
     face = np.s_[200:300, column - 40 : column - 4], np.s_[200:300, column + 4 : column + 40]
@@ -68,7 +68,7 @@ def test_change_is_laid_where_it_was_painted(sitter):
     assert_allclose(half[face[1]], plain[face[1]], atol=1e-3)
 
 
-def test_a_film_does_not_flicker_as_its_painter_does(sitter, tmp_path):
+def test_a_film_does_not_flicker_as_its_painter_does(fitted, tmp_path):
     """Light that goes back and forth by 4%, on a face that does not move."""
 
     class Nervous(Unchanged):
@@ -80,7 +80,7 @@ def test_a_film_does_not_flicker_as_its_painter_does(sitter, tmp_path):
             return replace(made, image=made.image * self.gain, ratio=made.ratio * self.gain)
 
     take = Take(np.arange(6) / 30, np.zeros((6, 52), np.float32), np.zeros((6, 3)), None)
-    portrayal.film(sitter, take, Nervous(), tmp_path / "still.mp4", frames=slice(0, 6))
+    synthesis.film(fitted, take, Nervous(), tmp_path / "still.mp4", frames=slice(0, 6))
     clip = cv2.VideoCapture(str(tmp_path / "still.mp4"))
     frames = np.stack([clip.read()[1] for _ in range(6)])[:, 200:300, 220:290]
     assert frames.shape[1:] == (100, 70, 3) and frames.mean() > 60
@@ -88,10 +88,10 @@ def test_a_film_does_not_flicker_as_its_painter_does(sitter, tmp_path):
     assert np.abs(np.diff(light)).max() < 0.006 * light.mean()  # unsteady: 4% / 2.2
 
 
-def test_a_view_turns_the_head(sitter):
+def test_a_view_turns_the_head(fitted):
     zero = np.zeros(52, np.float32)
     left, right = (
-        portrayal.paint(sitter, portrayal.Target(zero, np.zeros(2), None, (yaw, 0.0)), Unchanged())
+        synthesis.paint(fitted, synthesis.Target(zero, np.zeros(2), None, (yaw, 0.0)), Unchanged())
         for yaw in (30.0, -30.0)
     )
     assert left[0].shape == (512, 512, 3)
@@ -100,13 +100,13 @@ def test_a_view_turns_the_head(sitter):
     assert_allclose(left[0][0, 0], 0.5)  # no head there
 
 
-def test_the_mask_is_the_face_alone(sitter):
+def test_the_mask_is_the_face_alone(fitted):
     """Of what is seen from the side, nothing of throat, ears and scalp; it fades towards them."""
-    head, neutral = sitter.head, sitter.subject.neutral
-    target = portrayal.Target(np.zeros(52, np.float32), np.zeros(2), None, (30.0, 0.0))
-    _, face = portrayal.paint(sitter, target, Unchanged(), hair=False)
-    camera = face_camera(sitter.neutral.fit, head, neutral, 30.0)
-    seen = condition(head, neutral, sitter.subject.texture, target.expression, (0, 0), camera)
+    head, neutral = fitted.head, fitted.subject.neutral
+    target = synthesis.Target(np.zeros(52, np.float32), np.zeros(2), None, (30.0, 0.0))
+    _, face = synthesis.paint(fitted, target, Unchanged(), hair=False)
+    camera = face_camera(fitted.neutral.fit, head, neutral, 30.0)
+    seen = condition(head, neutral, fitted.subject.texture, target.expression, (0, 0), camera)
     marks = head.landmarks(head.mean)[:468]
     far = np.linalg.norm(head.mean[:, None] - marks[None], axis=2).min(1) > 40  # mm
     beyond = far[head.faces[seen.fragments.face]].all(-1) & (seen.part == PARTS.index("skin"))
@@ -122,8 +122,8 @@ def test_gaze_follows_the_weights_unless_it_is_given():
     weights = "eyeLookInLeft=1,eyeLookOutRight=1"
     row = np.zeros(52, np.float32)
     row[[EXPRESSION_INDEX[n] for n in ("eyeLookInLeft", "eyeLookOutRight")]] = 1
-    assert_allclose(portrayal.parse(weights).gaze, gaze_of(row).mean(0))
-    assert_allclose(portrayal.parse(weights, gaze="10,-5").gaze, [10, -5])
+    assert_allclose(synthesis.parse(weights).gaze, gaze_of(row).mean(0))
+    assert_allclose(synthesis.parse(weights, gaze="10,-5").gaze, [10, -5])
 
 
 @pytest.mark.parametrize(
@@ -137,7 +137,7 @@ def test_gaze_follows_the_weights_unless_it_is_given():
 )
 def test_wrong_options(options, message):
     with pytest.raises(InputError, match=message):
-        portrayal.parse(**options)
+        synthesis.parse(**options)
 
 
 def test_the_command(bakery, portrait, tmp_path):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from bakery.bake.subject import Sitter
+from bakery.bake.subject import FittedSubject
 from bakery.evaluate import generator
 from bakery.evaluate.avatar.pairs import Pair
 from bakery.evaluate.fitting import landmarks_of
@@ -91,14 +91,14 @@ def test_identity_of_pictures_that_are_the_truth(result):
 
 @pytest.fixture(scope="module")
 def still(twins, head):
-    """The sitter, and a take in which nothing moves."""
-    sitter = Sitter(twins.neutral, landmarks_of(twins.neutral_points), head)
-    return sitter, Take(np.arange(4) / 30, np.zeros((4, 52), np.float32), np.zeros((4, 3)), None)
+    """The fitted, and a take in which nothing moves."""
+    fitted = FittedSubject(twins.neutral, landmarks_of(twins.neutral_points), head)
+    return fitted, Take(np.arange(4) / 30, np.zeros((4, 52), np.float32), np.zeros((4, 3)), None)
 
 
 def test_nothing_flickers_when_nothing_moves(still):
-    sitter, take = still
-    found = [generator_motion.flicker(sitter, take, Painter(g), 0, 2) for g in (1.0, 1.2)]
+    fitted, take = still
+    found = [generator_motion.flicker(fitted, take, Painter(g), 0, 2) for g in (1.0, 1.2)]
     # Resampling at its own pixels: remap's 1/32 of a pixel.
     assert found[0]["conditions"] < 0.2 and found[1]["generated"] < 0.3
 
@@ -109,8 +109,8 @@ def test_a_painter_that_flickers_is_found_out(still):
             self.gain = 2.2 - self.gain
             return super().generate(subject, conditions, interior_only)
 
-    sitter, take = still
-    found = generator_motion.flicker(sitter, take, Nervous(1.0), 0, 3)
+    fitted, take = still
+    found = generator_motion.flicker(fitted, take, Nervous(1.0), 0, 3)
     assert found["generated"] > 5 and found["ratio"] > 10
     # Back and forth: the middle between the frames around is as far as the frames themselves.
     assert found["jitter"]["generated"] == pytest.approx(found["generated"], rel=0.1)
@@ -122,8 +122,8 @@ def test_light_that_comes_steadily_is_no_jitter(still):
             self.gain += 0.05
             return super().generate(subject, conditions, interior_only)
 
-    sitter, take = still
-    found = generator_motion.flicker(sitter, take, Dawn(0.8), 0, 4)
+    fitted, take = still
+    found = generator_motion.flicker(fitted, take, Dawn(0.8), 0, 4)
     assert found["generated"] > 2
     assert found["jitter"]["generated"] < 0.1 * found["generated"]
 
@@ -188,11 +188,11 @@ def test_the_plain_network_has_the_published_size():
 
 
 def test_teeth_that_come_to_light_count_as_conditions(still):
-    sitter, take = still
+    fitted, take = still
     weights = np.zeros((4, 52), np.float32)
     weights[:, EXPRESSION_INDEX["jawOpen"]] = [0.3, 0.4, 0.5, 0.6]
     opening = replace(take, weights=weights)
-    found = generator_motion.flicker(sitter, opening, Painter(1.0), 0, 4)
+    found = generator_motion.flicker(fitted, opening, Painter(1.0), 0, 4)
     assert found["conditions"] > found["bare"]
     # A painter that changes nothing shows the bare deformed neutral.
     assert found["bare_ratio"] == pytest.approx(1) and found["ratio"] < 1

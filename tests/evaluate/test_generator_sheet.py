@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from bakery.bake.subject import Sitter
+from bakery.bake.subject import FittedSubject
 from bakery.evaluate.fitting import landmarks_of
 from bakery.evaluate.generator import sheet as generator_sheet
 from bakery.formats.record import read_faces
-from bakery.show import synthesis as portrayal
+from bakery.show import synthesis
 from bakery.types import Generated
 
 CELL = generator_sheet.CELL
@@ -26,17 +26,17 @@ class Unchanged:
 
 
 @pytest.fixture(scope="module")
-def sitter(portrait, head):
+def fitted(portrait, head):
     _, (face,) = read_faces(portrait[1])
-    return Sitter(portrait[0], landmarks_of(face.points), head)
+    return FittedSubject(portrait[0], landmarks_of(face.points), head)
 
 
 @pytest.mark.parametrize("yaw", [0.0, 30.0])
-def test_photo_and_keys_stand_side_by_side(sitter, monkeypatch, yaw):
-    monkeypatch.setattr(portrayal, "sit", lambda *_: sitter)
+def test_photo_and_keys_stand_side_by_side(fitted, monkeypatch, yaw):
+    monkeypatch.setattr(synthesis, "sit", lambda *_: fitted)
     row = generator_sheet.rows_of("anyone.jpg", "makehuman", Unchanged(), yaw)
     assert row.shape == (2 * CELL, 7 * CELL, 3) and row.dtype == np.uint8
-    photo = cv2.resize(sitter.neutral.picture, (CELL, CELL), interpolation=cv2.INTER_AREA) * 255
+    photo = cv2.resize(fitted.neutral.picture, (CELL, CELL), interpolation=cv2.INTER_AREA) * 255
     assert_allclose(row[:CELL, :CELL], photo, atol=1)
     # The mouths of smile and surprise, which opens it, differ; so do the faces.
     smile, surprise = row[CELL:, CELL : 2 * CELL], row[CELL:, 2 * CELL : 3 * CELL]

@@ -150,7 +150,7 @@ def target():
     return head, condition(head, neutral, texture, expression, (0.0, 0.0), camera)
 
 
-class Sitting:
+class Observation:
     """The fields of a Subject that the network looks at."""
 
     def __init__(self, head, photo):
@@ -164,7 +164,7 @@ def test_generated_picture_is_what_its_parts_say(target):
     folded.load_state_dict(fold(random_network()))
     generator = pagan.PaganGenerator(folded, half=False)
     photo = np.full((512, 512, 3), 90, np.uint8)
-    made = generator.generate(Sitting(head, photo), conditions, interior_only=True)
+    made = generator.generate(Observation(head, photo), conditions, interior_only=True)
     alpha = made.alpha[..., None]
     expected = conditions.deformed_neutral * made.ratio * (1 - alpha) + made.color * alpha
     assert_allclose(made.image, expected, atol=1e-6)
@@ -182,7 +182,7 @@ def test_the_networks_share_is_the_training_picture(target):
     folded = UNet(TINY, folded=True)
     folded.load_state_dict(fold(random_network()))
     generator = pagan.PaganGenerator(folded, half=False)
-    subject = Sitting(head, np.full((512, 512, 3), 90, np.uint8))
+    subject = Observation(head, np.full((512, 512, 3), 90, np.uint8))
     made = generator.generate(subject, conditions, interior_only=True)
     layers = planes(head, conditions)
     shade = interior_shade(layers, FRAME_SCALE * 512)
@@ -205,7 +205,7 @@ def test_photo_follows_the_head_and_not_the_jaw(target):
     assert conditions.expression[EXPRESSION_INDEX["jawOpen"]] == 0.5
     for down in (0, 40):
         camera = replace(conditions.camera, center=conditions.camera.center + [0, down])
-        aligned = pagan.aligned_photo(Sitting(head, photo), replace(conditions, camera=camera))
+        aligned = pagan.aligned_photo(Observation(head, photo), replace(conditions, camera=camera))
         assert aligned.shape == (512, 512, 3)
         assert np.flatnonzero(aligned[:, 256, 0] > 100)[0] == 256 + down
 
@@ -240,7 +240,7 @@ def test_a_subject_without_photo_is_a_wrong_call(target):
     head, conditions = target
     generator = pagan.PaganGenerator(UNet(TINY, folded=True), half=False)
     with pytest.raises(ValueError, match="photo"):
-        generator.generate(Sitting(head, None), conditions)
+        generator.generate(Observation(head, None), conditions)
 
 
 def test_other_scales_are_painted_at_the_training_scale():

@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from bakery.bake.subject import Sitter
+from bakery.bake.subject import FittedSubject
 from bakery.evaluate.avatar import CROP, compare, mean_score, polygon_mask
 from bakery.evaluate.fitting import landmarks_of
 from bakery.evaluate.generator import motion as generator_motion
@@ -59,35 +59,37 @@ def measure(pair, head, painters, delta=None):
         Result; beside the painters there are `static`, the deformed neutral as it is, `warp`, the
         neutral photo warped by the true landmarks, and `delta`.
     """
-    sitter = Sitter(pair.neutral, landmarks_of(pair.neutral_points), head, size=CROP)
-    sitting = sitter.sit(pair.smiling, landmarks_of(pair.smiling_points))
-    conditions, neutral = sitting.conditions, sitter.neutral
+    fitted = FittedSubject(pair.neutral, landmarks_of(pair.neutral_points), head, size=CROP)
+    observation = fitted.observe(pair.smiling, landmarks_of(pair.smiling_points))
+    conditions, neutral = observation.conditions, fitted.neutral
     linear = {
-        name: painter.generate(sitter.subject, conditions).image
+        name: painter.generate(fitted.subject, conditions).image
         for name, painter in painters.items()
     }
     linear["static"] = conditions.deformed_neutral
     seen = (conditions.part != NONE)[..., None]
     uv = interpolate(conditions.fragments, head.uv[head.uv_faces])
     hair = (
-        bilinear(sitter.hair, uv * sitter.hair.shape[0])
+        bilinear(fitted.hair, uv * fitted.hair.shape[0])
         * is_part(conditions.part, "skin")[..., None]
     )
     fine = {
         name: np.where(seen, to_encoded(np.clip(lay_hair(picture, hair), 0, 1)), 0.5)
         for name, picture in linear.items()
     }
-    made = {name: shrunk(picture, sitting.camera) for name, picture in fine.items()}
-    made["warp"] = piecewise_affine(neutral.picture, neutral.points[:FACE], sitting.points[:FACE])
+    made = {name: shrunk(picture, observation.camera) for name, picture in fine.items()}
+    made["warp"] = piecewise_affine(
+        neutral.picture, neutral.points[:FACE], observation.points[:FACE]
+    )
     if delta is not None:
-        change = shrunk(bilinear(delta, uv * DELTA_TEXELS) * seen, sitting.camera)
+        change = shrunk(bilinear(delta, uv * DELTA_TEXELS) * seen, observation.camera)
         made["delta"] = np.clip(made["static"] + change, 0, 1)
-    face, truth = sitting.face / 255, sitting.picture
-    lids = eye_mask(sitting.points)
+    face, truth = observation.face / 255, observation.picture
+    lids = eye_mask(observation.points)
     return Result(
         pair.name,
         pair.teeth,
-        {name: compare(picture, truth, sitting.points, face) for name, picture in made.items()},
+        {name: compare(picture, truth, observation.points, face) for name, picture in made.items()},
         {name: psnr(picture, truth, lids) for name, picture in made.items()},
         {"photo": neutral.picture} | made | {"truth": truth},
         face,
@@ -109,12 +111,14 @@ def smile_delta(pair, head):
         [DELTA_TEXELS, DELTA_TEXELS, 3] float32, sRGB-encoded difference, smoothly continued where
         the photos did not show the atlas.
     """
-    sitter = Sitter(pair.neutral, landmarks_of(pair.neutral_points), head, size=CROP)
-    sitting = sitter.sit(pair.smiling, landmarks_of(pair.smiling_points))
-    conditions = sitting.conditions
+    fitted = FittedSubject(pair.neutral, landmarks_of(pair.neutral_points), head, size=CROP)
+    observation = fitted.observe(pair.smiling, landmarks_of(pair.smiling_points))
+    conditions = observation.conditions
     size = conditions.part.shape[::-1]  # finer than the photo's frame
-    use = cv2.resize(sitting.face, size) > 128
-    difference = (cv2.resize(sitting.picture, size) - to_encoded(conditions.deformed_neutral))[use]
+    use = cv2.resize(observation.face, size) > 128
+    difference = (cv2.resize(observation.picture, size) - to_encoded(conditions.deformed_neutral))[
+        use
+    ]
     uv = interpolate(conditions.fragments, head.uv[head.uv_faces])[use]
     texel = np.clip((uv * DELTA_TEXELS).astype(int), 0, DELTA_TEXELS - 1)
     flat = texel[:, 1] * DELTA_TEXELS + texel[:, 0]
@@ -172,10 +176,10 @@ def flicker(portraits, head, take, painters, only=None, first=60, count=48):
         {name: what `generator_motion.flicker` found}.
     """
     chosen = [pair for pair in pairs(portraits) if not only or pair.name in only][0]
-    sitter = Sitter(chosen.neutral, landmarks_of(chosen.neutral_points), head)
+    fitted = FittedSubject(chosen.neutral, landmarks_of(chosen.neutral_points), head)
     played = read_take(take)
     return {
-        name: generator_motion.flicker(sitter, played, SteadyGenerator(painter), first, count)
+        name: generator_motion.flicker(fitted, played, SteadyGenerator(painter), first, count)
         for name, painter in painters.items()
     }
 

@@ -8,13 +8,13 @@ from bakery.generators.steady import followed
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_encoded
 from bakery.geometry.sample import bilinear
-from bakery.show import synthesis as portrayal
+from bakery.show import synthesis
 from bakery.stages.condition import condition, face_camera, finer, shrunk
 
 PICTURES = ("conditions", "bare", "generated")
 
 
-def flicker(sitter, take, generator, first, count):
+def flicker(fitted, take, generator, first, count):
     """Mean change from frame to frame at points of the surface, in levels of 255.
 
     The mesh says where each point goes, so motion itself does not count; a point counts if the next
@@ -23,7 +23,7 @@ def flicker(sitter, take, generator, first, count):
     between the frames before and after.
 
     Args:
-        sitter: sitter.Sitter; take: formats.livelink.Take.
+        fitted: bake.subject.FittedSubject; take: formats.livelink.Take.
         first, count: frames of the take.
 
     Returns:
@@ -33,13 +33,13 @@ def flicker(sitter, take, generator, first, count):
     """
     changes, jitters = ({name: [] for name in PICTURES} for _ in range(2))
     older = before = None
-    for now in _frames(sitter, take, generator, first, count):
+    for now in _frames(fitted, take, generator, first, count):
         if before is not None:
-            after, seen = _changes(sitter.head, before, now)
+            after, seen = _changes(fitted.head, before, now)
             for name, change in after.items():
                 changes[name].append(np.abs(change)[seen].mean() * 255)
         if older is not None:
-            back, seen_back = _changes(sitter.head, before, older)
+            back, seen_back = _changes(fitted.head, before, older)
             for name, change in after.items():
                 bent = np.abs(change + back[name])[seen & seen_back] / 2
                 jitters[name].append(bent.mean() * 255)
@@ -47,14 +47,14 @@ def flicker(sitter, take, generator, first, count):
     return _means(changes) | {"jitter": _means(jitters)}
 
 
-def _frames(sitter, take, generator, first, count):
+def _frames(fitted, take, generator, first, count):
     """Conditions of each frame, and its pictures [H, W, 3] float32 sRGB-encoded by name.
 
     Both pictures are painted finer and shrunk, as a video is.
     """
-    head, subject = sitter.head, sitter.subject
-    still = face_camera(sitter.neutral.fit, head, subject.neutral)
-    for weights, gaze, camera in portrayal.poses(sitter, take, still, range(first, first + count)):
+    head, subject = fitted.head, fitted.subject
+    still = face_camera(fitted.neutral.fit, head, subject.neutral)
+    for weights, gaze, camera in synthesis.poses(fitted, take, still, range(first, first + count)):
         seen, fine = (
             condition(head, subject.neutral, subject.texture, weights, gaze, c)
             for c in (camera, finer(camera))

@@ -9,7 +9,7 @@ from bakery.geometry import camera as cameras
 from bakery.landmarks import EYES, LIPS_OUTER
 from bakery.plugins import plug_in
 from bakery.preset import find
-from bakery.show import synthesis as portrayal
+from bakery.show import synthesis
 from bakery.stages.condition import face_camera
 
 CELL = 256  # pixels a side
@@ -30,22 +30,22 @@ def rows_of(photo, head, generator, yaw=0.0):
     Raises:
         BakeryError: the photo cannot be used.
     """
-    sitter = portrayal.sit(photo, head, BuildOptions())
+    fitted = synthesis.fit_subject(photo, head, BuildOptions())
     _, keys = read_keys(find("expressions/keys.toml"))
     rest = np.zeros_like(keys[0])
-    columns = [_column(sitter, _bytes(sitter.neutral.picture), rest, 0.0)]
+    columns = [_column(fitted, _bytes(fitted.neutral.picture), rest, 0.0)]
     for weights in keys:
-        target = portrayal.Target(weights, np.zeros(2), view=(yaw, 0.0))
-        picture, _ = portrayal.paint(sitter, target, generator)
-        columns.append(_column(sitter, _bytes(picture), weights, yaw))
+        target = synthesis.Target(weights, np.zeros(2), view=(yaw, 0.0))
+        picture, _ = synthesis.paint(fitted, target, generator)
+        columns.append(_column(fitted, _bytes(picture), weights, yaw))
     return np.hstack(columns)
 
 
-def _column(sitter, picture, weights, yaw):
+def _column(fitted, picture, weights, yaw):
     """A picture [S, S, 3] uint8 above what it shows of eyes and mouth."""
-    neutral = sitter.subject.neutral
-    camera = face_camera(sitter.neutral.fit, sitter.head, neutral, yaw)
-    points = cameras.project(sitter.head.landmarks(sitter.head.vertices(neutral, weights)), camera)
+    neutral = fitted.subject.neutral
+    camera = face_camera(fitted.neutral.fit, fitted.head, neutral, yaw)
+    points = cameras.project(fitted.head.landmarks(fitted.head.vertices(neutral, weights)), camera)
     points *= picture.shape[0] / camera.width
     near = [_strip(picture, points[np.concatenate(EYES)]), _strip(picture, points[LIPS_OUTER])]
     whole = cv2.resize(picture, (CELL, CELL), interpolation=cv2.INTER_AREA)
