@@ -19,6 +19,7 @@ PART = {"mouth": "mouth_cavity", "left eye": "eye_socket", "right eye": "eye_soc
 LOCAL = 16.0  # mm around a contour in which the cut is looked for
 SURE = 2.5  # mm from the contour on which a face's side is taken from the built-in head
 LEAST = 60.0  # mm2 inside a contour that make it an opening and not a crease
+POCKET = 4.0  # mm that it reaches behind its contour; what is only filled does not
 AWAY = 6.0  # mm from the built-in head's contour that the one found may lie, on the mean
 ALONG = 0.005  # what a mm along the line costs; a mm across, 2 mm off it, costs 1
 REACH = 14.0  # mm along the surface that a lip or lid reaches from its contour
@@ -72,7 +73,9 @@ def find(skin, laid):
         if area[behind == 1].sum() > LEAST:
             side = _cut(vertices, faces, adjacent, line, behind, near)
             hidden = _enclosed(len(faces), adjacent, side, near, area)
-            found = _contour(vertices, faces[~hidden & (inside == 0)], line)
+            reach = vertices[faces[hidden], 2].min(initial=np.inf)
+            if reach < line[:, 2].min() - POCKET:
+                found = _contour(vertices, faces[~hidden & (inside == 0)], line)
             if found is not None:
                 inside[hidden & (inside == 0)] = 1 + number
         if found is None:  # nothing behind it: perhaps the skin ends here

@@ -139,11 +139,15 @@ class Transfer:
         return self.solve(right + self.held[:, None] * places)
 
 
-def deformations(head, shape, faces):
-    """Gradients [N, 3, 3] of the displacement of some faces under a shape [V, 3] mm of the head."""
+def deformations(laid, shape, faces):
+    """Gradients [N, 3, 3] of the displacement of some faces under a shape [V, 3] mm of the head.
+
+    They are turned as the head was when it was laid.
+    """
+    head = laid.head
     before = frames(head.mean, head.faces[faces])
     after = frames(head.mean + shape, head.faces[faces])
-    return after @ np.linalg.inv(before) - np.eye(3)
+    return laid.turn @ (after @ np.linalg.inv(before) - np.eye(3)) @ laid.turn.T
 
 
 def own_shapes(laid):
@@ -161,7 +165,7 @@ def own_shapes(laid):
     none = np.zeros((len(used), 3))
     for k, shape in enumerate(head.expression_basis):
         if np.abs(shape[used]).max() > STILL:
-            out[k, used] = solver.displacement(deformations(head, shape, chosen), none)
+            out[k, used] = solver.displacement(deformations(laid, shape, chosen), none)
     return out.astype(np.float32)
 
 
@@ -180,7 +184,7 @@ def shapes(vertices, faces, pairs, laid, laid_shapes):
         places = pairs.read(head.faces, laid_shapes[k])
         if np.abs(places).max() < STILL:
             continue
-        wanted = deformations(head, shape, needed)[index]
+        wanted = deformations(laid, shape, needed)[index]
         out[k] = solver.displacement(wanted, places)
     return out
 
