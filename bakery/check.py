@@ -13,15 +13,18 @@ def check_array(name, array, shape, low=None, high=None):
         low, high: inclusive limits; None means none.
     """
     array = np.asarray(array)
-    fits = array.ndim == len(shape) and all(
-        want is None or want == have for want, have in zip(shape, array.shape)
-    )
-    if not fits:
-        wanted = "[" + ", ".join("any" if n is None else str(n) for n in shape) + "]"
-        raise ValueError(f"{name}: shape {list(array.shape)}, needs {wanted}")
+    check_shape(name, array, shape)
     if array.dtype.kind == "f" and not np.isfinite(array).all():
         raise ValueError(f"{name}: has values that are not finite")
     if array.size and low is not None and array.min() < low:
         raise ValueError(f"{name}: minimum {array.min()}, needs at least {low}")
     if array.size and high is not None and array.max() > high:
         raise ValueError(f"{name}: maximum {array.max()}, needs at most {high}")
+
+
+def check_shape(name, array, shape):
+    """Raise ValueError unless `array` has the shape; see `check_array`."""
+    have = np.shape(array)
+    if len(have) != len(shape) or any(n not in (None, m) for n, m in zip(shape, have)):
+        wanted = "[" + ", ".join("any" if n is None else str(n) for n in shape) + "]"
+        raise ValueError(f"{name}: shape {list(have)}, needs {wanted}")

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bakery.check import check_array
+from bakery.check import check_array, check_shape
 
 LANDMARKS = 478  # 468 of the face mesh and 5 of each iris, the subject's right iris first
 
@@ -165,3 +165,21 @@ class Textures:
     mouth_weights: np.ndarray  # [M, E] pose of each
     maker: Maker = Maker("unknown")  # the generator
     made_from: str = ""  # SHA-256 over photo, landmarks, fit and head; "" if unknown
+
+    def __post_init__(self):
+        side, keys, shapes = len(self.neutral), len(self.key_names), len(EXPRESSIONS)
+        gazes, mouths = len(self.gaze), len(self.mouths)
+        for name, shape in {  # pictures are too large to look for what is not finite
+            "neutral": (side, side, 3),
+            "keys": (keys, side, side, 3),
+            "source": (side, side),
+            "facing": (side, side),
+            "hair": (side, side, 4),
+            "gaze": (gazes, None, None, 3),
+            "mouths": (mouths, None, None, 3),
+        }.items():
+            check_shape(f"Textures.{name}", getattr(self, name), shape)
+        check_array("Textures.key_weights", self.key_weights, (keys, shapes), low=0, high=1)
+        check_array("Textures.gaze_directions", self.gaze_directions, (gazes, 2))
+        check_array("Textures.mouth_landmarks", self.mouth_landmarks, (mouths, None, 2))
+        check_array("Textures.mouth_weights", self.mouth_weights, (mouths, shapes), low=0, high=1)

@@ -93,6 +93,7 @@ def read_header(name, data, smallest=SMALLEST):
             picture = Image.open(io.BytesIO(data), formats=OPENED)
             exif = _exif(picture)
             several = _several(picture)
+            raw = picture.format == "TIFF" and _is_raw(picture)
     except Image.DecompressionBombError:
         raise InputError(
             f"{name}: claims far more than {MEGAPIXELS} megapixels; make it smaller"
@@ -112,7 +113,7 @@ def read_header(name, data, smallest=SMALLEST):
         raise InputError(
             f"{name}: {width}x{height} pixels; at least {smallest} a side are needed; give a larger photo"
         )
-    if picture.format == "TIFF" and _is_raw(picture):
+    if raw:
         raise InputError(f"{name}: a raw camera file; develop it to JPEG or TIFF first")
     if picture.mode in SAMPLES:
         raise InputError(

@@ -6,12 +6,14 @@ from dataclasses import asdict, fields
 
 import numpy as np
 
+from bakery.check import check_array
 from bakery.errors import InputError
 from bakery.formats import npz
 from bakery.formats.files import digest, read_bytes, write_bytes
 from bakery.formats.npz import pack_arrays
 from bakery.types import EXPRESSIONS, LANDMARKS, Camera, Fit, Landmarks, Maker, Textures
 
+FARTHEST = 1e7  # pixels and mm; numbers of a camera beyond that overflow where they are multiplied
 REACH = 10  # picture sizes; a point farther from the corner than that belongs to no face in it
 LARGEST_JSON = 64 * 2**20  # bytes
 LARGEST_ARRAYS = 8 * 2**30  # bytes; a 4096-texel texture file has 1 GiB
@@ -185,14 +187,7 @@ def fit_from_table(name, table):
             raise ValueError(f"unknown expression {', '.join(unknown)}")
         return Fit(
             head=str(table["head"]),
-            camera=Camera(
-                focal=_positive(camera["focal"]),
-                center=np.array(camera["center"], np.float64),
-                rotation=np.array(camera["rotation"], np.float64),
-                translation=np.array(camera["translation"], np.float64),
-                width=_size(camera["width"]),
-                height=_size(camera["height"]),
-            ),
+            camera=_camera(camera),
             identity=np.array(table["identity"], np.float64),
             expression=np.array([expression.get(name, 0.0) for name in EXPRESSIONS], np.float64),
             gaze=np.array(table["gaze"], np.float64),
@@ -205,6 +200,21 @@ def fit_from_table(name, table):
             diagnostics=dict(table.get("diagnostics", {})),
             head_sha256=str(table.get("head_sha256", "")),
         )
+
+
+def _camera(table):
+    camera = Camera(
+        focal=_positive(table["focal"]),
+        center=np.array(table["center"], np.float64),
+        rotation=np.array(table["rotation"], np.float64),
+        translation=np.array(table["translation"], np.float64),
+        width=_size(table["width"]),
+        height=_size(table["height"]),
+    )
+    farthest = max(camera.focal, np.abs([*camera.center, *camera.translation]).max())
+    if farthest > FARTHEST:
+        raise ValueError(f"a camera with the number {farthest:.4g}, at most {FARTHEST:g} are read")
+    return camera
 
 
 def _positive(value):
@@ -260,7 +270,8 @@ def unpack_arrays(name, data):
         InputError: damaged, or not an npz; see `npz.unpack_arrays`.
     """
     try:
-        return npz.unpack_arrays(data, LARGEST_ARRAYS)
+        # What is stored as it is may be as large as the file; what is packed is small as a rule.
+        return npz.unpack_arrays(data, max(len(data), npz.LARGEST))
     except npz.NpzError as error:
         raise InputError(f"{name}: {error}; make it again") from None
 
@@ -293,8 +304,13 @@ def textures_to_arrays(textures):
 
 
 def textures_from_arrays(arrays):
-    """Textures of what `textures_to_arrays` made."""
+    """Textures of what `textures_to_arrays` made.
+
+    Raises:
+        ValueError: shapes that do not go together.
+    """
     found = {field.name: arrays[field.name] for field in fields(Textures)}
+    check_array("key_names", found["key_names"], (None,))
     return Textures(
         **found
         | {
@@ -306,10 +322,11 @@ def textures_from_arrays(arrays):
 
 
 def read_textures(path):
-    """Textures that `bakery textures` wrote.
+    """Textures that `bakery texture` wrote.
 
     Raises:
         InputError: damaged, or something else.
     """
     names = [field.name for field in fields(Textures)]
-    return textures_from_arrays(read_arrays(path, names))
+    with _reading(path, "bakery texture"):
+        return textures_from_arrays(read_arrays(path, names))

@@ -44,6 +44,17 @@ def test_every_byte_of_the_manifest_counts(copy):
     assert not is_noticed(copy)
 
 
+@pytest.mark.parametrize("stated", [r"\ud800", "x", "", 5, None, [], {"a": 1}])
+def test_a_digest_of_another_kind_is_a_finding(copy, stated):
+    """Half a letter, as JSON can hold it, too."""
+    path = copy / "avatar.json"
+    manifest = json.loads(path.read_bytes())
+    text = json.dumps(manifest | {"sha256": stated}).replace("\\\\ud800", "\\ud800")
+    path.write_text(text)
+    found = problems(copy)
+    assert found and not any("\n" in line for line in found)
+
+
 def test_the_digest_as_another_program_computes_it(bundle):
     """What the schema's description says, in three lines."""
     data = (bundle / "avatar.json").read_text(encoding="utf-8")

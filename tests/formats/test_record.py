@@ -131,6 +131,8 @@ def test_damaged_fit_is_refused(tmp_path, fit):
         {"expression": {"jawOpen": 7}},
         {"camera": good["camera"] | {"focal": 0}},
         {"camera": good["camera"] | {"width": 10**9}},
+        {"camera": good["camera"] | {"center": [1e308, 0]}},
+        {"camera": good["camera"] | {"translation": [0, 0, -1e30]}},
         {"identity": "abc"},
         {"expression": [0.1] * 52},
         {"camera": 5},
@@ -157,3 +159,37 @@ def test_arrays_come_back_and_are_reproducible(tmp_path):
     (tmp_path / "a.npz").write_bytes((tmp_path / "a.npz").read_bytes()[:-30])
     with pytest.raises(InputError, match="damaged"):
         record.read_arrays(tmp_path / "a.npz")
+
+
+def small_textures():
+    """Textures of 4 texels a side, 2 keys, 3 gazes and 5 mouths, by the names of their arrays."""
+    shapes = {
+        "neutral": (4, 4, 3), "keys": (2, 4, 4, 3), "key_weights": (2, 52), "source": (4, 4),
+        "facing": (4, 4), "hair": (4, 4, 4), "gaze": (3, 2, 6, 3), "gaze_directions": (3, 2),
+        "mouths": (5, 2, 3, 3), "mouth_landmarks": (5, 40, 2), "mouth_weights": (5, 52),
+    }  # fmt: skip
+    arrays = {name: np.full(shape, 0.5, np.float16) for name, shape in shapes.items()}
+    about = {"key_names": np.array(["a", "b"]), "maker": np.array('{"name": "m"}')}
+    return arrays | about | {"made_from": np.array("")}
+
+
+@pytest.mark.parametrize("name", sorted(set(small_textures()) - {"maker", "made_from"}))
+def test_textures_that_do_not_go_together_are_refused(tmp_path, name):
+    """Each array with an axis more, with a row less, and as one value."""
+    path, good = tmp_path / "t.npz", small_textures()
+    record.write_arrays(path, good)
+    assert record.read_textures(path).key_names == ("a", "b")
+    for wrong in (good[name][None], good[name][:-1], np.array(good[name].flat[0])):
+        record.write_arrays(path, good | {name: wrong})
+        with pytest.raises(InputError, match="shape|another layout") as caught:
+            record.read_textures(path)
+        assert "\n" not in str(caught.value) and "bakery texture" in str(caught.value)
+
+
+@pytest.mark.parametrize("weight", [-0.1, 1.1, np.nan])
+def test_weights_of_textures_lie_between_0_and_1(tmp_path, weight):
+    good = small_textures()
+    good["mouth_weights"][2, 7] = weight
+    record.write_arrays(tmp_path / "t.npz", good)
+    with pytest.raises(InputError, match="mouth_weights"):
+        record.read_textures(tmp_path / "t.npz")
