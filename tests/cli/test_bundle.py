@@ -28,6 +28,15 @@ def test_it_is_whole(bundle, bakery):
     assert len(manifest["lods"]) == 4 and len(manifest["channels"]) == 52
 
 
+def test_it_says_what_painted_it(bundle):
+    """The default generator is a trained network; that of `rendered` stands in test_steps."""
+    said = files.read_manifest(bundle)["provenance"]
+    assert said["generator"] == "pagan"
+    assert said["digitalSourceType"] == (
+        "http://cv.iptc.org/newscodes/digitalsourcetype/compositeWithTrainedAlgorithmicMedia"
+    )
+
+
 def test_head_passes_khronos_validator(bundle):
     import subprocess
     from pathlib import Path

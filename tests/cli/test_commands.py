@@ -3,7 +3,6 @@
 import json
 import os
 import shutil
-import signal
 import subprocess
 import sys
 import time
@@ -147,28 +146,3 @@ def test_dry_run_writes_nothing(bakery, portrait, tmp_path):
     assert done.returncode == 2 and "no setting 'size'; known" in done.stderr
     done = bakery("build", photo, "-o", tmp_path / "a", "-n", "--preset", "nothing")
     assert done.returncode == 2 and "known: default" in done.stderr
-
-
-def test_interrupt_ends_with_130_and_goes_on(bakery, portrait, tmp_path):
-    photo, marks = portrait
-    out = tmp_path / "a.avatar"
-    command = ["build", photo, "--landmarks", marks, "-o", out, "--preset", "small"]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "bakery", *map(str, command)],
-        stderr=subprocess.PIPE,
-        text=True,
-        # A shell's background job ignores SIGINT, and so would what it starts.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )
-    for _ in range(600):
-        time.sleep(0.1)
-        if list(tmp_path.glob(".bakery-*-work/fit.json.key")):
-            break
-    process.send_signal(signal.SIGINT)
-    assert process.wait(60) == 130 and not out.exists()
-    said = process.stderr.read()
-    assert "interrupted" in said and "Traceback" not in said
-    (kept,) = tmp_path.glob(".bakery-*-work")
-    assert {"detect.json", "fit.json"} <= set(os.listdir(kept))
-    done = bakery("-v", *command, "-n")
-    assert done.returncode == 0

@@ -12,6 +12,8 @@ from bakery.errors import InputError
 from bakery.formats.image import read_photo
 from bakery.formats.livelink import Take
 from bakery.formats.record import read_faces
+from bakery.geometry import camera as cameras
+from bakery.geometry import rotation
 from bakery.geometry.fill import enclosed
 from bakery.heads.base import PARTS, gaze_of
 from bakery.show import synthesis
@@ -95,8 +97,9 @@ def test_a_view_turns_the_head(fitted):
         for yaw in (30.0, -30.0)
     )
     assert left[0].shape == (512, 512, 3)
-    nose = [np.flatnonzero(face.max(0) > 0).mean() for _, face in (left, right)]
-    assert abs(nose[0] - nose[1]) > 10
+    middle = [np.flatnonzero(face.max(0) > 0).mean() for _, face in (left, right)]
+    # Turned to its left, a head shows more of its right side, which is the picture's left.
+    assert middle[1] - middle[0] > 10
     assert_allclose(left[0][0, 0], 0.5)  # no head there
 
 
@@ -116,6 +119,33 @@ def test_the_mask_is_the_face_alone(fitted):
     soft = (face > 0.1) & (face < 0.9)
     assert face.max() == 1 and soft.sum() > 1000
     assert 0.2 < face.mean() < 0.6
+
+
+def aside(points):
+    """Where nose, forehead and chin [x, y] lie of a head in a picture, over its width and height."""
+    ears, ends = points[[234, 454]], points[[10, 152]]
+    across, down = np.ptp(ears[:, 0]), np.ptp(ends[:, 1])
+    nose = (points[1] - np.array([ears[:, 0].mean(), ears[:, 1].mean()])) / [across, down]
+    return nose[0], nose[1], (ends[0, 0] - ends[1, 0]) / across
+
+
+def test_a_take_turns_the_head_as_its_signs_say(fitted):
+    """Yaw to the subject's left is the picture's right, pitch is up, roll to its left shoulder."""
+    head, neutral = fitted.head, fitted.subject.neutral
+    still = face_camera(fitted.neutral.fit, head, neutral)
+
+    def seen(*angles):
+        camera = synthesis.turned(fitted, still, angles)
+        return aside(cameras.project(head.landmarks(neutral), camera))
+
+    rest = seen(0.0, 0.0, 0.0)
+    assert seen(25.0, 0.0, 0.0)[0] > rest[0] + 0.1 > seen(-25.0, 0.0, 0.0)[0] + 0.2
+    assert seen(0.0, 20.0, 0.0)[1] < rest[1] - 0.05 < seen(0.0, -20.0, 0.0)[1] - 0.1
+    assert seen(0.0, 0.0, 15.0)[2] > rest[2] + 0.1 > seen(0.0, 0.0, -15.0)[2] + 0.2
+    # `bakery animate` turns the same head by the same numbers the same way.
+    turn = rotation.matrix(synthesis.turned(fitted, still, (20.0, -10.0, 7.0)).rotation)
+    found = rotation.angles_of(rotation.matrix(still.rotation).T @ turn)
+    assert_allclose(found, [20, -10, 7], atol=1e-6)
 
 
 def test_gaze_follows_the_weights_unless_it_is_given():

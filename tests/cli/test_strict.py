@@ -1,0 +1,32 @@
+"""`--strict`, both ways: a portrait that warns is refused with it only, one that does not never is."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+SAMPLES = Path(__file__).resolve().parents[2] / "samples"
+SMILES, RESTS = "dalia", "anna"  # one sample smiles, which stays in the neutral texture
+
+
+def build(bakery, name, out, *more):
+    """A dry run, which does everything before it would paint."""
+    photo = SAMPLES / f"{name}.jpg"
+    given = ["--landmarks", photo.with_suffix(".json"), "-n", "-o", out / "a.avatar"]
+    done = bakery("build", photo, *given, *more)
+    assert os.listdir(out) == []
+    return done
+
+
+@pytest.mark.parametrize("name, strict, code", [
+    (SMILES, True, 1), (SMILES, False, 0), (RESTS, True, 0), (RESTS, False, 0),
+])  # fmt: skip
+def test_strict_refuses_what_warns_and_nothing_else(bakery, tmp_path, name, strict, code):
+    done = build(bakery, name, tmp_path, *["--strict"] * strict)
+    assert done.returncode == code, done.stderr
+    lines = done.stderr.splitlines()
+    assert len(lines) == (name == SMILES), done.stderr
+    if name == SMILES:
+        assert "the face is not neutral" in lines[0] and "expression 1." in lines[0]
+        assert ("leave out --strict" in lines[0]) == strict
+    assert bool(done.stdout) == (code == 0)

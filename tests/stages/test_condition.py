@@ -1,0 +1,44 @@
+"""What a generator is shown of a target: each eye's iris lies where that eye looks."""
+
+import numpy as np
+import pytest
+
+from bakery.geometry import camera as cameras
+from bakery.geometry import rotation
+from bakery.heads.base import PARTS
+from bakery.stages.condition import condition
+from bakery.types import EXPRESSION_INDEX, Camera
+
+RADIUS = 12.0  # mm, of an eyeball, nearly
+
+
+@pytest.fixture(scope="module")
+def open_eyes(head):
+    """Weights that open both eyes wide, and the camera of a close look at them."""
+    weights = np.zeros(len(EXPRESSION_INDEX), np.float32)
+    weights[[EXPRESSION_INDEX[f"eyeWide{side}"] for side in ("Left", "Right")]] = 1
+    middle = head.eye_centers(head.mean).mean(0)
+    far = np.array([0, 0, -600.0])
+    camera = Camera(2400.0, np.array([200.0, 100]), np.zeros(3), far - middle, 400, 200)
+    return weights, camera
+
+
+@pytest.mark.parametrize("gaze", [(0.0, 0.0), (20.0, 0.0), (-15.0, 10.0), (8.0, -12.0)])
+def test_each_iris_is_where_its_own_eye_looks(head, open_eyes, gaze):
+    """The middle of each iris mask against the point where the line of sight leaves that eyeball."""
+    weights, camera = open_eyes
+    texture = np.full((8, 8, 3), 0.5, np.float32)
+    seen = condition(head, head.mean, texture, weights, gaze, camera)
+    sight = rotation.yaw_pitch(*gaze) @ [0.0, 0.0, 1.0]
+    for eye, center in zip(("left", "right"), head.eye_centers(head.mean)):
+        mine = seen.part == PARTS.index(f"eye_{eye}")
+        iris = np.where(mine, seen.gaze_mask[..., 0], 0)
+        assert mine.sum() > 300 and iris.max() > 0.99
+        y, x = np.indices(iris.shape) + 0.5
+        found = np.array([(iris * x).sum(), (iris * y).sum()]) / iris.sum()
+        wanted = cameras.project(center + RADIUS * sight, camera)
+        # Lids cut the iris above and below; 4 pixels are a millimetre, the eyes lie 250 apart.
+        np.testing.assert_allclose(found[0], wanted[0], atol=4)
+        np.testing.assert_allclose(found[1], wanted[1], atol=12)
+        share = seen.gaze_mask[mine].sum(1)
+        np.testing.assert_allclose(share, 1, atol=1e-6)  # what is no iris is white
