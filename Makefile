@@ -34,8 +34,8 @@ demo: $(READY) ## bake a sample portrait and say where its picture is
 	@$(RUN)/bakery validate $(DEMO)
 	@echo 'preview: $(CURDIR)/$(DEMO)/preview.png'
 
-test: $(READY) ## run the tests
-	$(RUN)/python -m pytest
+test: $(READY) ## run the tests, on two cores
+	$(RUN)/python -m pytest -n 2 --dist loadfile
 
 fuzz: $(READY) ## read damaged files: COUNT=50000 of each kind, or only KIND="exr take"
 	$(RUN)/python tests/fuzz $(COUNT) $(KIND)
