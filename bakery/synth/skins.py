@@ -18,9 +18,9 @@ from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.noise import value_noise
 from bakery.landmarks import FACE, OVAL
-from bakery.stages import texture
 from bakery.stages.atlas import make_atlas
 from bakery.stages.texture.complete import INFERRED, shading
+from bakery.stages.texture.neutral import prepare
 from bakery.synth.skin import HAEMOGLOBIN, MELANIN
 
 TEXELS = 512  # side of a skin; 0.5 mm on the face
@@ -32,12 +32,12 @@ FEATURE = 24.0  # texels, blur that parts a skin's tone from its features
 def unwrap(photo, landmarks, fit, neutral, head, cover):
     """The reflectance of a photographed person.
 
-    Args, as for `stages.texture.prepare`.
+    Args, as for `stages.texture.neutral.prepare`.
 
     Returns:
         albedo [T, T, 3] float32 linear; meant for the skin parts of the atlas only.
     """
-    prepared = texture.prepare(photo, landmarks, fit, neutral, head, cover, TEXELS)
+    prepared = prepare(photo, landmarks, fit, neutral, head, cover, TEXELS)
     atlas = make_atlas(head, TEXELS)
     vertices = head.vertices(neutral, fit.expression, fit.gaze)
     turn = rotation.matrix(fit.camera.rotation)

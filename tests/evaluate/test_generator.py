@@ -173,7 +173,7 @@ def test_time_is_measured_of_every_size(monkeypatch):
 
 def test_what_the_network_was_given_is_noted(monkeypatch):
     generator, given = network(), []
-    monkeypatch.setattr(generator_speed.steps, "plug_in", lambda group, name: generator)
+    monkeypatch.setattr(generator_speed, "plug_in", lambda group, name: generator)
     layers = {name: np.zeros((32, 64, n), np.uint8) for name, n in INPUTS.items()}
     with generator_speed._noted("pagan", given):
         generator.paint(layers)

@@ -142,7 +142,7 @@ def test_another_reader_finds_the_mesh_and_its_shapes(tmp_path_factory, surface)
     import trimesh
 
     path = tmp_path_factory.getbasetemp() / "any.glb"
-    glb.write_glb(path, [[surface]], [], ["a", "b", "c"], b"\x89PNG", None, "test")
+    glb.write_glb(path, [[surface]], ["a", "b", "c"], b"\x89PNG", None, "test")
     document = pygltflib.GLTF2.load_binary(str(path))
     blob = document.binary_blob()
 

@@ -87,7 +87,7 @@ def test_export_can_be_loaded(runs, tmp_path):
 def test_other_options_are_refused(photos, runs):
     with pytest.raises(InputError, match="other rate"):
         list(detector.train(runs / "points", photos, photos / "dense.npz", options(rate=1.0)))
-    with pytest.raises(InputError, match="unknown"):
+    with pytest.raises(InputError, match="one of finder, points"):
         options(network="other")
 
 

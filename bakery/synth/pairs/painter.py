@@ -1,7 +1,7 @@
 """Invents a person, photographs it in neutral, and paints it in other expressions and views.
 
 The conditions of each target are made by the code that inference uses: the painted photo is
-unwrapped by `stages.texture.prepare` and drawn by `stages.condition`, on a shape that is as wrong as
+unwrapped by `stages.texture.neutral.prepare` and drawn by `stages.condition`, on a shape that is as wrong as
 a fit's (`PairOptions.error`).
 """
 
@@ -24,12 +24,13 @@ from bakery.geometry.sample import bilinear
 from bakery.heads.base import PARTS
 from bakery.landmarks import FACE, LIPS_INNER, LIPS_OUTER
 from bakery.preset import find
-from bakery.stages import texture
 from bakery.stages.condition import condition, face_camera, finer
 from bakery.stages.fit.lids import close_lids
 from bakery.stages.fit.warp import residual_offsets
+from bakery.stages.texture import VIEWS
 from bakery.stages.texture.hair import Cover
 from bakery.stages.texture.lids import lid_skin
+from bakery.stages.texture.neutral import prepare
 from bakery.synth import facial, film, quick, skins
 from bakery.synth.expressions import draw_expression, draw_view
 from bakery.synth.noise import cells
@@ -68,7 +69,7 @@ class PairOptions:
 def _key_poses():
     """Expression [E], gaze [2], yaw and pitch of each key expression from each of its views."""
     _, keys = read_keys(find("expressions/keys.toml"))
-    return [(weights, np.zeros(2), yaw, 0.0) for weights in keys for yaw in texture.VIEWS]
+    return [(weights, np.zeros(2), yaw, 0.0) for weights in keys for yaw in VIEWS]
 
 
 def draw_figure(rng, stage, paths, options):
@@ -279,7 +280,7 @@ def paint_subject(stage, paths, seed, options=PairOptions()):
     found = Landmarks(np.concatenate([low, high - low]), 1.0, marks, np.ones(len(marks)))
     bald = np.zeros(kind.shape, np.float32)
     cover = Cover((kind == PARTS.index("skin")).astype(np.float32), bald, bald, bald)
-    prepared = texture.prepare(photo, found, fit, neutral, head, cover, size * PHOTO_SIZE)
+    prepared = prepare(photo, found, fit, neutral, head, cover, size * PHOTO_SIZE)
     subject = prepared.subject
 
     small = cv2.resize(photo.encoded, (size, size), interpolation=cv2.INTER_AREA)

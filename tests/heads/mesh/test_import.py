@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bakery.heads.penetrate import DEEP, Contacts
 from click.testing import CliRunner
 
 from bakery.cli.heads import heads
@@ -12,7 +13,6 @@ from bakery.heads.mesh import solve
 from bakery.heads.mesh.assemble import MeshOptions, import_mesh
 from bakery.heads.mesh.pose import similarity
 from bakery.heads.mesh.read import Surface
-from bakery.heads.penetrate import DEEP, Contacts
 from bakery.heads.report import face_texels
 from bakery.landmarks import FACE
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
