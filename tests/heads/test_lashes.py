@@ -154,3 +154,5 @@ def test_another_photo_of_the_person_warps_a_head_with_lashes(head):
     found = frames.neutral_for(own, neutral, head.name, fit)
     lift = (own.landmarks(found) - own.landmarks(neutral))[13]
     assert_allclose(lift, [0, 1, 0], atol=0.15)  # as far as the warp is smooth
+    elsewhere = replace(fit, head="nowhere to be found")  # as a head that was given by its path
+    assert frames.neutral_for(own, neutral, elsewhere.head, elsewhere) is neutral

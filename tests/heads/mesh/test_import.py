@@ -13,7 +13,7 @@ from bakery.heads.mesh import solve
 from bakery.heads.mesh.assemble import MeshOptions, import_mesh
 from bakery.heads.mesh.pose import similarity
 from bakery.heads.mesh.read import Surface
-from bakery.heads.report import face_texels
+from bakery.heads.report.numbers import face_texels
 from bakery.landmarks import FACE
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
@@ -165,11 +165,11 @@ def test_the_built_in_triangles_can_be_laid_over(head, skin, known, export, tmp_
 @pytest.mark.slow
 def test_our_own_detector_finds_the_face(head, skin, numbers, export, tmp_path):
     """On a mesh without eyes, from the outside; all that is left is where it sees lids and lips."""
-    from bakery import steps
     from bakery.heads.mesh.look import look
+    from bakery.plugins import plug_in
 
     path = export(tmp_path / "skin.glb", Surface(0.1 * skin.vertices @ Z_UP.T, skin.faces))
-    detector = steps.plug_in("detectors", "network")
+    detector = plug_in("detectors", "network")
     found, about = import_mesh(
         path, head, lambda s, h, up: look(s, detector.detect, h, up), "again", MeshOptions()
     )
