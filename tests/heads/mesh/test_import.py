@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from bakery.heads.penetrate import DEEP, Contacts
 from click.testing import CliRunner
 
 from bakery.cli.heads import heads
@@ -14,6 +13,7 @@ from bakery.heads.mesh.assemble import MeshOptions, import_mesh
 from bakery.heads.mesh.pose import similarity
 from bakery.heads.mesh.read import Surface
 from bakery.heads.report.numbers import face_texels
+from bakery.heads.report.penetrate import DEEP, Contacts
 from bakery.landmarks import FACE
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
