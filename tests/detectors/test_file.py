@@ -9,8 +9,11 @@ from bakery.detectors.file import FileDetector
 from bakery.errors import InputError
 
 
+POINTS = [[3 + k % 20, 4 + k % 17] for k in range(478)]
+
+
 def write(path, width=40, height=30):
-    face = {"box": [1, 2, 30, 20], "score": 0.9, "points": [[3, 4]] * 478, "confidence": [1] * 478}
+    face = {"box": [1, 2, 30, 20], "score": 0.9, "points": POINTS, "confidence": [1] * 478}
     path.write_text(json.dumps({"image": {"width": width, "height": height}, "faces": [face]}))
     return path
 
@@ -18,7 +21,7 @@ def write(path, width=40, height=30):
 def test_gives_what_the_file_holds(tmp_path):
     detector = FileDetector(write(tmp_path / "a.json"))
     (face,) = detector.detect(np.zeros((30, 40, 3), np.uint8))
-    assert face.points.tolist() == [[3, 4]] * 478
+    assert face.points.tolist() == POINTS
 
 
 def test_refuses_a_photo_of_another_size(tmp_path):

@@ -33,7 +33,7 @@ def fitted(portrait, head):
 
 @pytest.mark.parametrize("yaw", [0.0, 30.0])
 def test_photo_and_keys_stand_side_by_side(fitted, monkeypatch, yaw):
-    monkeypatch.setattr(synthesis, "sit", lambda *_: fitted)
+    monkeypatch.setattr(synthesis, "fit_subject", lambda *_: fitted)
     row = generator_sheet.rows_of("anyone.jpg", "makehuman", Unchanged(), yaw)
     assert row.shape == (2 * CELL, 7 * CELL, 3) and row.dtype == np.uint8
     photo = cv2.resize(fitted.neutral.picture, (CELL, CELL), interpolation=cv2.INTER_AREA) * 255
