@@ -8,7 +8,6 @@ import pytest
 from bakery.detectors.file import FileDetector
 from bakery.errors import InputError
 
-
 POINTS = [[3 + k % 20, 4 + k % 17] for k in range(478)]
 
 
