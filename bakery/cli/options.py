@@ -20,7 +20,7 @@ PATH = click.Path(path_type=Path)
 SETTINGS = {  # whose settings --set changes -> where its options dataclass is
     "build": "bakery.bake.options:BuildOptions",
     "detector": "bakery.train.detector:DetectorOptions",
-    "closeups": "bakery.train.closeups:CloseupOptions",
+    "bank": "bakery.train.detector.bank:BankOptions",
     "identity": "bakery.train.identity:IdentityOptions",
     "pagan": "bakery.train.pagan:PaganOptions",
 }

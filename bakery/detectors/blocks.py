@@ -113,33 +113,36 @@ class PointsNet(nn.Module):
 
 
 class CloseupNet(nn.Module):
-    """Points in a small grey crop, see `closeups`.
+    """Points and their expected error in an upright crop of an eye or the mouth, see `closeups`.
 
-    Input [B, S, S] uint8, S = 64. Output [B, count, 2] in units of the crop's side from its middle.
+    Input [B, 3, S, S] 0..1, S = `side`, a multiple of 32. Outputs: points [B, count, 2] in units of
+    the crop's side from its middle; log of the expected distance error in the same unit [B, count].
     """
 
-    def __init__(self, count, folded=False):
+    def __init__(self, count, side, folded=False):
         super().__init__()
+        self.count = count
         self.body = nn.Sequential(
-            Conv(1, 16, stride=2, kernel=5, folded=folded),
-            stage(16, 32, 1, folded),
-            stage(32, 64, 2, folded),
-            stage(64, 96, 1, folded),
+            Conv(3, 24, stride=2, kernel=5, folded=folded),
+            stage(24, 40, 1, folded),
+            stage(40, 72, 2, folded),
+            stage(72, 112, 2, folded),
+            stage(112, 128, 1, folded),
         )
-        self.hidden = nn.Linear(96 * 16, 192)
-        self.out = nn.Linear(192, count * 2)
+        self.hidden = nn.Linear(128 * (side // 32) ** 2, 256)
+        self.out = nn.Linear(256, count * 3)
         nn.init.zeros_(self.out.weight)
         nn.init.zeros_(self.out.bias)
         self.register_buffer("mean_shape", torch.zeros(count, 2))
 
     def forward(self, crop):
-        crop = crop.float()[:, None] / 255
-        # Light and exposure say nothing about where points are.
-        middle = crop.mean((2, 3), keepdim=True)
-        spread = crop.std((2, 3), keepdim=True)
+        # Exposure says nothing about where points are; the colour of lips against skin does.
+        middle = crop.mean((1, 2, 3), keepdim=True)
+        spread = crop.std((1, 2, 3), keepdim=True)
         features = self.body((crop - middle) / (spread + 0.02))
-        features = functional.silu(self.hidden(features.flatten(1)))
-        return self.mean_shape + self.out(features).float().unflatten(1, (-1, 2))
+        out = self.out(functional.silu(self.hidden(features.flatten(1)))).float()
+        shape, log_error = out[:, : self.count * 2], out[:, self.count * 2 :]
+        return self.mean_shape + shape.unflatten(1, (self.count, 2)), log_error - 4.0
 
 
 def fold(network):

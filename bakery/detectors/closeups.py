@@ -1,8 +1,7 @@
 """A closer look at eyes and mouth: points where the whole face leaves too few pixels.
 
-The points network sees a face in 128 pixels and learned from resting and smiling people: it shows
-a quarter of how far eyes close and a third of how far lips part. Two small networks look at each eye
-and at the mouth in crops of their own; all points in these crops take the place of the first ones.
+The points network sees a face in 128 pixels. Two small networks look at each eye and at the mouth in
+crops of their own, cut from the photo at its full size, and both answers are drawn together.
 
 torch is imported on the first use, for it takes a second.
 """
@@ -19,7 +18,7 @@ from bakery.errors import ModelError
 from bakery.paths import ASSETS
 
 WEIGHTS = ASSETS / "detectors" / "closeups.safetensors"
-SIDE = 64  # pixels of a crop
+SIDES = {"eye": 64, "mouth": 96}  # pixels of a crop
 EYE_SPAN, MOUTH_SPAN = 2.3, 1.2  # side of a crop over the eye's width; over the outer-eye distance
 EYE_LIFT = 0.3  # eye widths that the crop's middle lies above the eye's: the brow is in it
 LOOKS = 4  # at most at one picture
@@ -36,6 +35,7 @@ class Closeup:
 
     network: object  # CloseupNet
     rows: np.ndarray  # [crops, n] its points in the crops of one face; an iris' first is its middle
+    side: int  # pixels of a crop
 
 
 def eye_frames(points):
@@ -63,7 +63,7 @@ def mouth_frame(points):
     return frames.FaceFrame(middle, MOUTH_SPAN * float(np.linalg.norm(across)), roll)
 
 
-def matrix_of(frame, mirrored=False, side=SIDE):
+def matrix_of(frame, side, mirrored=False):
     """[2, 3] picture pixels -> crop pixels, seen in the mirror if asked."""
     matrix = frames.crop_matrix(frame, side, margin=1.0)
     if mirrored:
@@ -71,8 +71,8 @@ def matrix_of(frame, mirrored=False, side=SIDE):
     return matrix
 
 
-def take(image, matrix, side=SIDE):
-    """A grey crop [side, side] uint8, large pictures averaged first."""
+def take(image, matrix, side):
+    """A crop [side, side, 3] uint8, large pictures averaged first."""
     scale = np.sqrt(abs(np.linalg.det(matrix[:, :2])))
     if scale < 0.6:  # warping alone would skip pixels
         inverse = frames.invert_affine(matrix)
@@ -89,56 +89,77 @@ def take(image, matrix, side=SIDE):
         ratio = (high - low) / size
         matrix = np.column_stack([matrix[:, :2] * ratio, matrix[:, :2] @ low + matrix[:, 2]])
         image = small
-    return cv2.cvtColor(frames.take_crop(image, matrix, side), cv2.COLOR_RGB2GRAY)
+    return frames.take_crop(image, matrix, side)
 
 
-def look_closer(image, points):
-    """Points [478, 2] with those around eyes and mouth seen again.
+def look_closer(image, points, errors, looks=LOOKS):
+    """Points of the whole face and of closer looks at eyes and mouth, drawn together.
 
-    Where the points network takes a dark neck for the chin, the first crop lies a fifth of the face too
-    low; the second does not.
+    Each look's answer for a point counts by the inverse square of its expected error: the closer
+    one knows rims and irises better, the whole face where a brow lies.
 
     Args:
         image: [H, W, 3] uint8 sRGB.
-        points: [478, 2] pixels, of the points network.
+        points: [478, 2] pixels, errors: [478] pixels expected, of the points network.
+        looks: at most; the last is where crops moved by less than `MOVED`. Where the points network
+            takes a dark neck for the chin, the first crop lies a fifth of the face too low.
+
+    Returns:
+        points [478, 2], errors [478] pixels
 
     Raises:
         ModelError: the weights are missing or damaged.
     """
-    points = np.array(points, np.float64)
-    for _ in range(LOOKS):
+    whole, doubt = np.asarray(points, np.float64), np.asarray(errors, np.float64)
+    points, errors = whole, doubt
+    for _ in range(looks):
         crops = [*eye_frames(points), mouth_frame(points)]
-        points = _look(image, points, crops)
+        seen, expected = _look(image, points, crops)
+        share = doubt**2 / (doubt**2 + expected**2)
+        points = whole + (seen - whole) * share[:, None]
+        errors = np.minimum(doubt, expected)
         after = [*eye_frames(points), mouth_frame(points)]
         moved = [
             np.linalg.norm(new.center - old.center) / old.size for new, old in zip(after, crops)
         ]
         if max(moved) < MOVED:
             break
-    return points
+    return points, errors
 
 
 def _look(image, points, crops):
-    """One look at the crops (left eye, right eye, mouth) of points [478, 2]."""
+    """One look at the crops (left eye, right eye, mouth) of points [478, 2].
+
+    Returns:
+        points [478, 2] with those in the crops seen again; expected errors [478], infinite
+        elsewhere.
+    """
     import torch
 
     left, right, mouth = crops
-    eyes = [matrix_of(left), matrix_of(right, True)]
-    total, times = np.zeros_like(points), np.zeros(len(points))
-    for closeup, matrices in zip(networks(), (eyes, [matrix_of(mouth)])):
-        pictures = np.stack([take(image, matrix) for matrix in matrices])
+    found = points.copy()
+    weights, total = np.zeros(len(points)), np.zeros_like(points)
+    for closeup, looks in zip(networks(), (((left, False), (right, True)), ((mouth, False),))):
+        side = closeup.side
+        matrices = [matrix_of(frame, side, mirrored) for frame, mirrored in looks]
+        pictures = np.stack([take(image, matrix, side) for matrix in matrices])
         with torch.inference_mode():
-            answers = closeup.network(torch.from_numpy(pictures)).numpy()
-        for rows, matrix, found in zip(closeup.rows, matrices, answers):
-            total[rows] += frames.apply_affine(frames.invert_affine(matrix), (found + 0.5) * SIDE)
-            times[rows] += 1
-    seen = times > 0
-    total[seen] /= times[seen][:, None]  # crops overlap
-    points = points.copy()
+            batch = torch.from_numpy(pictures).permute(0, 3, 1, 2).float().div_(255)
+            places, log_errors = (part.numpy() for part in closeup.network(batch))
+        for rows, matrix, place, log_error, (frame, _) in zip(
+            closeup.rows, matrices, places, log_errors, looks
+        ):
+            weight = (np.exp(log_error) * frame.size) ** -2.0
+            at = frames.apply_affine(frames.invert_affine(matrix), (place + 0.5) * side)
+            total[rows] += at * weight[:, None]  # crops overlap
+            weights[rows] += weight
+    seen = weights > 0
+    found[seen] = total[seen] / weights[seen][:, None]
     for iris in (marks.LEFT_IRIS, marks.RIGHT_IRIS):
-        points[iris] += total[iris.start] - points[iris].mean(0)
-        seen[iris] = False
-    return np.where(seen[:, None], total, points)
+        found[iris] = points[iris] + found[iris.start] - points[iris].mean(0)
+        weights[iris] = weights[iris.start]
+    with np.errstate(divide="ignore"):
+        return found, weights**-0.5
 
 
 def seen_close():
@@ -154,6 +175,7 @@ def networks(path=WEIGHTS):
     Raises:
         ModelError: the file is missing, damaged or of another network.
     """
+    import torch
     from safetensors.torch import load_file
 
     from bakery.detectors.blocks import CloseupNet
@@ -164,9 +186,11 @@ def networks(path=WEIGHTS):
         for name in ("eye.", "mouth."):
             own = {k.removeprefix(name): v for k, v in tensors.items() if k.startswith(name)}
             rows = own.pop("rows").numpy()
-            network = CloseupNet(rows.shape[1], folded=True)
+            side = SIDES[name.removesuffix(".")]
+            network = CloseupNet(rows.shape[1], side, folded=True)
             network.load_state_dict({k: v.float() for k, v in own.items()})
-            found.append(Closeup(network.eval(), rows))
+            network = network.eval().to(memory_format=torch.channels_last)
+            found.append(Closeup(network, rows, side))
     except FileNotFoundError:
         raise ModelError(f"{path}: no such weights; reinstall bakery") from None
     except Exception as error:

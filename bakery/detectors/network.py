@@ -1,8 +1,9 @@
-"""The project's own detector: a finder over a picture pyramid, then points in two looks.
+"""The project's own detector: a finder over a picture pyramid, then points in three looks.
 
 The finder says where faces are, how large and how tilted. The points network looks at an upright
-crop of each; its answer gives a better crop, and the second look is the result. It also says
-whether there is a face at all, which weeds out what the finder took for one.
+crop of each; its answer gives a better crop for the second look. It also says whether there is a
+face at all, which weeds out what the finder took for one. The last look is a closer one at eyes and
+mouth (`closeups`).
 
 torch is imported on the first use, for it takes a second.
 """
@@ -12,7 +13,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from bakery.detectors import frames
+from bakery.detectors import closeups, frames
+from bakery.detectors.closeups import look_closer
 from bakery.errors import ModelError
 from bakery.formats.files import digest_file
 from bakery.landmarks import face_size
@@ -71,7 +73,8 @@ class NetworkDetector:
             sure = presence[i] >= self.options.presence and scores[i] >= self.options.score
             if sure and not _repeats(found[i], kept):
                 kept.append(found[i])
-                faces.append(self._landmarks(shapes[i], errors[i], scores[i]))
+                points, expected = look_closer(image, shapes[i], errors[i], looks=1)
+                faces.append(self._landmarks(points, expected, scores[i]))
         return faces
 
     def find(self, image):
@@ -162,7 +165,9 @@ def load(path=WEIGHTS, options=NetworkOptions()):
                 f"{path}: weights of another network; give a file that this version exported"
             ) from None
         networks.append(network.eval().to(memory_format=torch.channels_last))
-    return NetworkDetector(*networks, options, sha256=digest_file(path))
+    return NetworkDetector(
+        *networks, options, sha256=digest_file(path) + digest_file(closeups.WEIGHTS)
+    )
 
 
 def pyramid(image, options):

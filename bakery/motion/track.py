@@ -136,7 +136,7 @@ def _look(picture, detector, frame, options):
         largest = max(faces, key=lambda face: face.box[2] * face.box[3])
         frame = frames.frame_of_points(largest.points)
         shapes, errors, _ = detector.place(picture, [frame])
-    mended = look_closer(picture, shapes[0])
+    mended, _ = look_closer(picture, shapes[0], errors[0])
     seen = frames.frame_of_points(mended)
     moved = np.linalg.norm(seen.center - frame.center) / frame.size
     moved = max(moved, abs(np.log(seen.size / frame.size)), abs(seen.roll - frame.roll))

@@ -9,77 +9,53 @@ import numpy as np
 
 from bakery.detectors import frames
 from bakery.detectors.blocks import FINDER_STRIDE
-from bakery.train import augment
 
 CANVAS = 192  # side of a finder sample, pixels
-CROP = 128  # side of a points sample, pixels
 
 
-class PointsSamples:
-    """Crops for the points network."""
+class BaseSamples:
+    """Photographed faces seen anew, upright in the middle of a picture that crops are cut from."""
 
-    def __init__(self, faces, seed, count):
-        self.faces, self.seed, self.count = faces, seed, count
+    def __init__(self, faces, side, margin):
+        """side: pixels; margin: side / size of the face."""
+        self.faces, self.side, self.margin = faces, side, margin
 
-    def __len__(self):
-        return self.count
+    def face(self, rng, roll=0.0, scale=1.0, shift=(0.0, 0.0)):
+        """A face in its picture.
 
-    def __getitem__(self, index):
-        """image [3, S, S] uint8 RGB, target [478, 2] crop sides from the middle, presence."""
-        rng = np.random.default_rng((self.seed, 1, index))
-        faces = self.faces
-        canvas = faces.backgrounds.cut(rng, CROP, CROP)
-        present = rng.random() > 0.15
-        target = np.zeros((frames.POINTS, 2), np.float32)
-        if present:
-            near = 1.0 if rng.random() < 0.4 else 0.3  # first and second look
-            roll = rng.normal(0, np.radians(9) * near)
-            if rng.random() < 0.15:
-                roll += rng.uniform(-0.6, 0.6)
-            picture, points = self.framed(rng, canvas, near, roll)
-            target = (points / CROP - 0.5).astype(np.float32)
-        else:
-            picture = self.without_face(rng, canvas)
-        picture = augment.photograph(rng, picture, rng.uniform(0.2, 1))
-        picture = cut_borders(rng, picture, 0.12)
-        return _planes(picture), target, np.float32(present)
-
-    def framed(self, rng, canvas, near, roll):
-        """A face in its crop, off by about `near` times the finder's errors.
+        Args:
+            roll: radians; scale: of the face; shift: of its middle, sides of the picture.
 
         Returns:
             picture [S, S, 3] uint8 BGR, points [478, 2] pixels
         """
-        faces = self.faces
+        faces, side = self.faces, self.side
+        canvas = faces.backgrounds.cut(rng, side, side)
         relief, posed, opened = faces.posed(rng)
         order = slice(None)
         if rng.random() < 0.5:
             posed[:, 0] *= -1
             order = faces.order
         frame = frames.frame_of_points(posed[: frames.POINTS, :2][order])
-        scale = CROP / (frame.size * frames.CROP_MARGIN) * np.exp(rng.normal(0, 0.12 * near))
-        linear = frames.rotation(roll - frame.roll) * scale
-        offset = CROP / 2 - linear @ frame.center + rng.normal(0, 0.06 * near, 2) * CROP
+        linear = frames.rotation(roll - frame.roll) * (scale * side / (frame.size * self.margin))
+        offset = side / 2 - linear @ frame.center + np.multiply(shift, side)
         picture, points, _ = faces.paint(rng, relief, posed, opened, linear, offset, canvas)
         return picture, points[order]
 
-    def without_face(self, rng, canvas):
+    def without_face(self, rng):
         """Background; a person at a wrong place or size; a face painted over or far from upright."""
         kind = rng.random()
         if kind < 0.4:
-            return canvas
+            return self.faces.backgrounds.cut(rng, self.side, self.side)
         if kind < 0.55:
-            return self.framed(rng, canvas, 1.0, np.pi + rng.uniform(-1.7, 1.7))[0]
-        if kind < 0.75:
-            picture, points = self.framed(rng, canvas, 0.5, rng.normal(0, 0.15))
+            return self.face(rng, np.pi + rng.uniform(-1.7, 1.7))[0]
+        if kind < 0.8:
+            picture, points = self.face(rng, rng.normal(0, 0.15))
             return cover_face(rng, picture, points, self.faces.backgrounds)
-        relief, posed, opened = self.faces.posed(rng)
-        scale = CROP * rng.choice([rng.uniform(0.12, 0.3), rng.uniform(2, 4)])
-        linear = frames.rotation(rng.uniform(-1, 1)) * scale
         angle = rng.uniform(0, 2 * np.pi)
-        shift = (0.55 * CROP + 0.35 * scale) * np.array([np.cos(angle), np.sin(angle)])
-        offset = CROP / 2 + shift
-        return self.faces.paint(rng, relief, posed, opened, linear, offset, canvas)[0]
+        scale = rng.choice([rng.uniform(0.12, 0.3), rng.uniform(2, 3)])
+        shift = (0.32 + 0.3 * scale) * np.array([np.cos(angle), np.sin(angle)])
+        return self.face(rng, rng.uniform(-1, 1), scale, shift)[0]
 
 
 def cover_face(rng, picture, points, backgrounds):
@@ -115,7 +91,7 @@ class FinderSamples:
         picture = faces.backgrounds.cut(rng, CANVAS, CANVAS)
         placed = []
         for _ in range(rng.choice(5, p=[0.18, 0.47, 0.2, 0.1, 0.05])):
-            size = float(np.exp(rng.uniform(np.log(18), np.log(130))))
+            size = float(np.exp(rng.uniform(np.log(12), np.log(130))))
             limit = max(CANVAS / 2 - 0.42 * size, 0) + 0.06 * size
             center = CANVAS / 2 + rng.uniform(-limit, limit, 2)
             if any(np.linalg.norm(center - c) < 0.75 * (size + s) for c, s, _ in placed):
@@ -142,7 +118,6 @@ class FinderSamples:
                 picture = cover_face(rng, picture, points[order], faces.backgrounds)
             else:
                 placed.append((center, size, roll))
-        picture = augment.photograph(rng, picture, 0.8)
         picture = cut_borders(rng, picture, 0.1, [(c, s) for c, s, _ in placed])
         return _planes(picture), finder_target(placed, CANVAS // FINDER_STRIDE)
 
@@ -176,7 +151,7 @@ def finder_target(placed, cells):
         nearest = np.unravel_index(distance.argmin(), distance.shape)
         score[nearest] = 1
         core = score > 0.5
-        if size < 20 or size > 110:  # the neighbouring pyramid level is in charge
+        if size < 14 or size > 110:  # the neighbouring pyramid level is in charge
             target[7][distance < 0.5 * size / FINDER_STRIDE + 1] = 0.2
         target[0] = np.maximum(target[0], score)
         values = dx, dy, np.log(size / 48), np.cos(roll), np.sin(roll), 1.0

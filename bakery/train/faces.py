@@ -7,6 +7,9 @@ from bakery.detectors import frames
 from bakery.train import augment
 from bakery.train.relief import make_relief, pose, render, reshape
 
+SHUT = 0.6, 0.15, 0.25  # chances that lips stay as photographed, touch, part less
+LIP_REACH = 0.15  # face sizes from the line between the lips over which skin follows them
+
 
 def mirror_order(points):
     """Which point takes whose place when a face is mirrored.
@@ -76,9 +79,12 @@ class Faces:
             other = self.shapes[rng.integers(len(self.shapes))]
             shape += rng.uniform(0, 0.8) * (other - shape)
         shape += np.tensordot(rng.normal(0, 0.45, len(self.modes)), self.modes, 1)
-        opened = rng.random() < 0.15
+        if rng.random() < 0.15:
+            shape = self.shapes[index].copy()
+        part_lips(shape, self.shapes[index], rng.choice([1.0, 0.0, rng.random()], p=SHUT))
+        opened = rng.random() < 0.25
         if opened:
-            _open_jaw(shape, rng.uniform(0.02, 0.2))
+            _open_jaw(shape, np.exp(rng.uniform(np.log(0.004), np.log(0.2))))
         if rng.random() < 0.12:
             _close_eyes(shape, rng.uniform(0.3, 1.0))
         points = (shape * relief.size + (*relief.center, 0)).astype(np.float32)
@@ -120,6 +126,39 @@ class Faces:
         while rng.random() < 0.25:
             picture = augment.occlude(rng, picture, points, scale)
         return picture, points, keep[..., 0]
+
+
+def part_lips(shape, photo, share):
+    """Part the lips of a morphed shape as far as its photo shows them parted, times `share`.
+
+    A photo of shut lips that is morphed towards a laugh shows no opening, whatever its points say:
+    a network that learns from it sees shut lips as open and wide ones as narrow. Squeezed teeth
+    vanish, so lips that touch can be made of parted ones.
+
+    Args:
+        shape: [478, 3] face sizes, changed in place.
+        photo: [478, 3] the same face as photographed.
+        share: 0 makes the lips touch.
+    """
+    upper, lower = marks.LIPS_INNER_UPPER, marks.LIPS_INNER_LOWER
+    width = np.ptp(shape[marks.LIPS, 0]) / max(np.ptp(photo[marks.LIPS, 0]), 1e-6)
+    gap = (photo[lower] - photo[upper]) * share * width
+    middle = (shape[upper] + shape[lower]) / 2
+    order = np.argsort(middle[:, 0])
+    across = middle[order, 0]
+    line = np.interp(shape[: marks.FACE, 0], across, middle[order, 1])
+    below = shape[: marks.FACE, 1] > line
+    below[upper], below[lower] = False, True
+    for rows, target, own in ((upper, middle - gap / 2, ~below), (lower, middle + gap / 2, below)):
+        move = (target - shape[rows])[order]
+        x, y = shape[: marks.FACE, 0], shape[: marks.FACE, 1]
+        depth = np.abs(y - np.interp(x, across, shape[rows, 1][order]))
+        fade = np.clip(1 - depth / LIP_REACH, 0, 1) * own
+        fade *= (x >= across[0]) & (x <= across[-1])
+        shift = np.stack([np.interp(x, across, column) for column in move.T], 1)
+        exact = target.copy()
+        shape[: marks.FACE] += fade[:, None] * shift
+        shape[rows] = exact
 
 
 def _open_jaw(shape, amount):

@@ -11,7 +11,7 @@ from bakery.detectors import frames
 from bakery.errors import InputError
 from bakery.train.backgrounds import IMAGE_SUFFIXES
 
-STORED = 480  # longer side of a stored photo, pixels
+FACE = 190  # size of the face in a stored photo at most, pixels
 
 
 @dataclass(frozen=True)
@@ -81,10 +81,11 @@ def _shrunk(path, points):
         raise InputError(f"{path}: cannot be read as a picture; remove it from the folder")
     if image.ndim == 2:
         image = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
-    scale = STORED / max(image.shape[:2])
-    size = (round(image.shape[1] * scale), round(image.shape[0] * scale))
-    image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
-    points = np.asarray(points, np.float32) * scale
+    points = np.asarray(points, np.float32)
+    scale = min(FACE / frames.frame_of_points(points).size, 1.0)
+    size = np.round(np.multiply(image.shape[1::-1], scale)).astype(int)
+    points = points * np.append(size / image.shape[1::-1], scale).astype(np.float32)
+    image = cv2.resize(image, size.tolist(), interpolation=cv2.INTER_AREA)
     mask = image[..., 3] if image.shape[2] == 4 else person_mask(image, points)
     return Photo(path.stem, np.ascontiguousarray(image[..., :3]), mask, points)
 

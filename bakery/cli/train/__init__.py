@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from bakery.cli import options
-from bakery.cli.train.closeups import closeups
+from bakery.cli.train.detector import bank, detector, export_detector
 from bakery.cli.train.identity import identity
 
 folder = click.Path(path_type=Path)
@@ -15,43 +15,6 @@ folder = click.Path(path_type=Path)
 @click.group(cls=options.Group)
 def train():
     """Train the networks of the project, and make its presets."""
-
-
-@train.command(cls=options.Command, resumes=True)
-@click.argument("network", type=click.Choice(["finder", "points"]))
-@click.option("--photos", required=True, type=folder, help="Folder of photos.")
-@click.option("--dense", required=True, type=folder, help="npz with their 478 points.")
-@click.option("--rendered", multiple=True, type=folder, help="Painted pictures with points.")
-@click.option("--backgrounds", multiple=True, type=folder, help="Pictures without faces.")
-@click.option("--run", required=True, type=folder, help="Folder of the run; goes on where it was.")
-@options.settings_of("detector")
-def detector(network, photos, dense, rendered, backgrounds, run, settings):
-    """Train one of the detector's two networks.
-
-    \b
-    bakery train detector points --photos portraits/london/train \\
-        --dense portraits/dense478.npz --run runs/points
-    """
-    from bakery.train import detector as training
-
-    options.may_go_on(run, marks=["options.json"])
-    chosen = options.training_options("detector", settings, network=network)
-    for figures in training.train(run, photos, dense, chosen, rendered, backgrounds):
-        click.echo(json.dumps(figures))
-
-
-@train.command("export", cls=options.Command)
-@click.argument("finder_run", type=folder)
-@click.argument("points_run", type=folder)
-@click.option("-o", "--output", required=True, type=folder, help=".safetensors to write.")
-@options.overwrite
-def export_detector(finder_run, points_run, output, overwrite):
-    """Pack the two trained networks of the detector into one file."""
-    from bakery.train.detector import export
-
-    options.may_write(output, overwrite)
-    export(finder_run, points_run, output)
-    options.wrote(output)
 
 
 @train.command(cls=options.Command)
@@ -176,5 +139,6 @@ def export_pagan(runs, output, overwrite):
     options.wrote(output)
 
 
-train.add_command(closeups)
+for command in (bank, detector, export_detector):
+    train.add_command(command)
 train.add_command(identity)

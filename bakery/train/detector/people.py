@@ -1,4 +1,4 @@
-"""Painted and photographed people for the close-up networks: crops of eyes and mouth with points.
+"""Painted people for the detector's networks, with where their points are.
 
 Photographs show people at rest or smiling. Painted people do everything faces do, and where their
 points are is known; there are as many dark skins as light ones. Two painters take turns: the quick one,
@@ -7,11 +7,8 @@ whose skins mix photographed ones, and the careful one, who grows brows, beards 
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 
-from bakery import landmarks as marks
-from bakery.detectors import closeups, frames
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import LUMA
@@ -25,16 +22,10 @@ from bakery.synth.render import dress, paint
 from bakery.synth.scene import portrait_camera, random_scene
 from bakery.synth.subject import random_subject
 from bakery.synth.training import TrainingOptions
-from bakery.train import augment
-from bakery.train.faces import mirror_order
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS, Fit
 
-WIDE = 96  # pixels of a kept crop
-INSIDE = 0.95  # of a crop in which points of the mean head are looked for
-MARGIN = 1.35  # its side over that of the crop the network sees
-SIZE = (128, 288)  # pixels of a painted frame's side, least and most
-CAREFUL = TrainingOptions(size=224)
-ARRAYS = ("eyes", "eye_points", "mouths", "mouth_points")
+SIZE = (200, 360)  # pixels of a painted frame's side, least and most
+CAREFUL = TrainingOptions(size=288)
 PAIRED = [name for name in EXPRESSIONS if name.endswith("Left") and not name.startswith("eyeLook")]
 # What shut lips do: what parts them by a millimetre or hides their red is hardest to see.
 SHUT = (
@@ -128,7 +119,7 @@ def quick_frames(rng, stage, skins, count):
             kind[..., None] >= 0, linear * (bright / max(skin, 1e-4) * balance), behind
         )
         encoded = film.develop(
-            linear, rng, rng.uniform(0.5, 4), rng.uniform(0.3, 1.0), rng.integers(40, 97)
+            linear, rng, rng.uniform(0.3, 2), rng.uniform(0.3, 1.0), rng.integers(60, 97)
         )
         posed = figure.head.vertices(figure.neutral, expression, gaze)
         points = cameras.project(figure.head.landmarks(posed), camera)
@@ -153,118 +144,3 @@ def careful_frames(rng, head, count, options=CAREFUL):
         )  # fmt: skip
         picture = paint(wardrobe, one, options.supersample, options.quality)
         yield np.round(picture.encoded * 255).astype(np.uint8), picture.landmarks
-
-
-def believed(rng, points):
-    """What the points network makes of points [478, 2]: features off as a whole, lips too shut."""
-    unit = marks.face_size(points)
-    found = points + rng.normal(0, 0.004, points.shape) * unit
-    for rows in (marks.LIPS, marks.EYE_LEFT, marks.EYE_RIGHT):
-        found[rows] += np.clip(rng.standard_t(4, 2) * 0.018, -0.1, 0.1) * unit
-    closing = rng.uniform(0.2, 1.0)  # lips part by a third only
-    middle = (found[marks.LIPS_INNER_UPPER] + found[marks.LIPS_INNER_LOWER]).mean(0) / 2
-    found[marks.LIPS] = middle + (found[marks.LIPS] - middle) * [1, closing]
-    return found
-
-
-def crops_of(rng, picture, points):
-    """The wide crops of a frame as a camera may show it, and where their points are.
-
-    Args:
-        picture: [H, W, 3] uint8 sRGB.
-        points: [478, 2] pixels.
-
-    Returns:
-        eyes [2, W, W] uint8 (left, right in the mirror) with points [2, 478, 2], mouth [W, W] with
-        points [478, 2]; in the unit of the network's own crop, from its middle. An eye's iris has
-        its middle in all five points.
-    """
-    coarse = believed(rng, points)
-    picture = np.ascontiguousarray(picture[..., ::-1])
-    size = frames.frame_of_points(points).size
-    if rng.random() < 0.1:
-        picture = augment.glasses(rng, picture, points, size)
-    if rng.random() < 0.1:
-        picture = augment.occlude(rng, picture, points, 0.5 * size)
-    picture = augment.photograph(rng, picture, rng.uniform(0.2, 0.8))[..., ::-1]
-    seen = points.copy()
-    for iris in (marks.LEFT_IRIS, marks.RIGHT_IRIS):
-        seen[iris] = points[iris].mean(0)
-    eyes, targets = [], []
-    for frame, mirrored in zip(closeups.eye_frames(coarse), (False, True)):
-        crop, place = _crop(picture, frame, mirrored)
-        eyes.append(crop)
-        targets.append(place(seen))
-    crop, place = _crop(picture, closeups.mouth_frame(coarse), False)
-    return np.stack(eyes), np.stack(targets), crop, place(seen)
-
-
-def _crop(picture, frame, mirrored):
-    wide = replace(frame, size=frame.size * MARGIN)
-    matrix = closeups.matrix_of(wide, mirrored, WIDE)
-    crop = closeups.take(picture, matrix, WIDE)
-    return crop, lambda points: (frames.apply_affine(matrix, points) / WIDE - 0.5) * MARGIN
-
-
-def rows_seen(head):
-    """The points that lie in the crops of the mean head: eyes [2, n] (left, right), mouth [1, m].
-
-    The right eye's are the counterparts of the left's.
-    """
-    points = head.landmarks(head.mean)
-    order = mirror_order(points[None])
-    flat = points[:, :2] * [1, -1]
-
-    def within(frame):
-        return np.abs(flat - frame.center).max(1) < 0.5 * INSIDE * frame.size
-
-    skin = np.arange(len(flat)) < marks.FACE
-    mouth = within(closeups.mouth_frame(flat)) & skin
-    left = np.append(
-        np.flatnonzero(within(closeups.eye_frames(flat)[0]) & skin), marks.LEFT_IRIS.start
-    )
-    right = np.append(order[left[:-1]], marks.RIGHT_IRIS.start)
-    return np.stack([left, right]), np.flatnonzero(mouth & mouth[order])[None]
-
-
-def mirrored_rows(head, rows):
-    """Which of the points in `rows` [n] takes whose place in the mirror [n]."""
-    order = mirror_order(head.landmarks(head.mean)[None])
-    place = {int(row): number for number, row in enumerate(rows)}
-    return np.array([place[int(order[row])] for row in rows])
-
-
-def table_of(rng, pictures, copies):
-    """The crops of a person's pictures: dict of `ARRAYS`, an eye crop for each eye.
-
-    Args:
-        pictures: iterable of picture and points, as `crops_of` takes them.
-        copies: how often each is looked at, through another camera each time.
-    """
-    found = {name: [] for name in ARRAYS}
-    for picture, points in pictures:
-        for _ in range(copies):
-            for name, value in zip(ARRAYS, crops_of(rng, picture, points)):
-                found[name].append(value)
-    table = {name: np.array(values) for name, values in found.items()}
-    table["eyes"] = table["eyes"].reshape(-1, *table["eyes"].shape[2:])
-    table["eye_points"] = table["eye_points"].reshape(len(table["eyes"]), -1, 2)
-    return {name: v if v.dtype == np.uint8 else v.astype(np.float32) for name, v in table.items()}
-
-
-def jittered(rng, crops, points):
-    """Cut crops [B, W, W] a little off: [B, S, S] uint8, and the points [B, n, 2] in them."""
-    out = np.empty((len(crops), closeups.SIDE, closeups.SIDE), np.uint8)
-    moved = np.empty_like(points)
-    for n, (crop, place) in enumerate(zip(crops, points)):
-        scale = np.exp(rng.normal(0, 0.06)) * MARGIN * closeups.SIDE / WIDE
-        linear = frames.rotation(rng.normal(0, 0.07)) * scale
-        shift = rng.normal(0, 0.035, 2) * closeups.SIDE
-        offset = closeups.SIDE / 2 + shift - linear @ [WIDE / 2, WIDE / 2]
-        out[n] = frames.take_crop(
-            cv2.cvtColor(crop, cv2.COLOR_GRAY2RGB), np.column_stack([linear, offset]),
-            closeups.SIDE,
-        )[..., 0]  # fmt: skip
-        pixels = (place / MARGIN + 0.5) * WIDE
-        moved[n] = (pixels @ linear.T + offset) / closeups.SIDE - 0.5
-    return out, moved
