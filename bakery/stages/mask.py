@@ -3,10 +3,13 @@
 import cv2
 import numpy as np
 
+from bakery.heads.base import HeadModel
+from bakery.stages.atlas import Atlas
+
 BLUR = 1 / 256  # Gaussian sigma over the atlas's side, as the paper's "small Gaussian blur"
 
 
-def activation_masks(head, atlas):
+def activation_masks(head: HeadModel, atlas: Atlas) -> np.ndarray:
     """A_e on the atlas: how far expression e moves each point, over the farthest it moves any.
 
     Args:
@@ -35,7 +38,9 @@ def activation_masks(head, atlas):
     return out
 
 
-def key_activation(masks, key_weights, expression):
+def key_activation(
+    masks: np.ndarray, key_weights: np.ndarray, expression: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """w_k and w_0 of eq. 4, normalised to sum 1.
 
     Args:
