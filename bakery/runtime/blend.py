@@ -5,7 +5,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bakery.heads.eyes import CAP_ANGLE
-from bakery.stages.mask import key_activation
 from bakery.types import Textures
 
 
@@ -27,6 +26,28 @@ def face_texture(textures: Textures, masks: np.ndarray, expression: np.ndarray) 
         if weight.max() > 1e-4:
             out += np.asarray(texture, np.float32) * _enlarge(weight, size)
     return out
+
+
+def key_activation(
+    masks: np.ndarray, key_weights: np.ndarray, expression: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """w_k and w_0 of paGAN eq. 4, normalised to sum 1.
+
+    Args:
+        masks: [E, ...] A_e.
+        key_weights: [K, E] a_e^k.
+        expression: [E] a_e^t.
+
+    Returns:
+        neutral weight [...] and key weights [K, ...].
+    """
+    product = (key_weights * expression[None]).astype(np.float32)  # [K, E]
+    used = np.flatnonzero(product.any(0))
+    keys = np.tensordot(product[:, used], masks[used], 1)  # [K, ...]
+    total = keys.sum(0)
+    neutral = np.maximum(0, 1 - total)
+    scale = 1 / np.maximum(neutral + total, 1e-6)
+    return neutral * scale, keys * scale
 
 
 def lay_hair(texture: np.ndarray, hair: ArrayLike) -> np.ndarray:

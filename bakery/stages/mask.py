@@ -1,4 +1,4 @@
-"""Activation masks and the blend that they drive (paGAN section 5)."""
+"""Activation masks (paGAN section 5); `runtime.blend` says what they drive."""
 
 import cv2
 import numpy as np
@@ -36,25 +36,3 @@ def activation_masks(head: HeadModel, atlas: Atlas) -> np.ndarray:
         mask = atlas.fill_gutter(atlas.paint(np.where(skin, values[:, expression], 0)))
         out[expression] = np.clip(cv2.GaussianBlur(mask, (0, 0), atlas.size * BLUR), 0, 1)
     return out
-
-
-def key_activation(
-    masks: np.ndarray, key_weights: np.ndarray, expression: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """w_k and w_0 of eq. 4, normalised to sum 1.
-
-    Args:
-        masks: [E, ...] A_e.
-        key_weights: [K, E] a_e^k.
-        expression: [E] a_e^t.
-
-    Returns:
-        neutral weight [...] and key weights [K, ...].
-    """
-    product = (key_weights * expression[None]).astype(np.float32)  # [K, E]
-    used = np.flatnonzero(product.any(0))
-    keys = np.tensordot(product[:, used], masks[used], 1)  # [K, ...]
-    total = keys.sum(0)
-    neutral = np.maximum(0, 1 - total)
-    scale = 1 / np.maximum(neutral + total, 1e-6)
-    return neutral * scale, keys * scale
