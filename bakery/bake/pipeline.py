@@ -304,7 +304,7 @@ def describe(request: Request) -> str:
     check_place(request.output, request.overwrite)
     plug_in("generators", request.generator), plug_in("hair", request.hair)
     exporters(request.options.bundle)
-    read_targets(request.expressions)
+    targets = read_targets(request.expressions)
     head = load_head(request.head)
     seen = find_portrait(request, head, None, lambda step, done, total: None)
     height, width = seen.photo.encoded.shape[:2]
@@ -318,6 +318,6 @@ def describe(request: Request) -> str:
             f"generator   {request.generator}",
             f"bundle      {request.output} ({options.texture.resolution} texels, "
             f"{options.texture.mouths} mouths)",
-            f"takes       {estimate(options)}",
+            f"takes       {estimate(options, targets, request.generator)}",
         ]
     )

@@ -28,6 +28,7 @@ from bakery.stages.texture.proxies import eye_caps, make_carrier
 from bakery.types import Camera, Conditions, Fit, Landmarks, Photo, Textures
 
 AHEAD = (0.0, 0.0)  # degrees of gaze
+STEPS = ("neutral", "key", "gaze", "mouth")  # what `paint` tells of its progress
 # Pictures a kept part: each takes the time of about a second to paint.
 GAZES, MOUTHS = 10, 25
 
