@@ -186,7 +186,7 @@ def soften(weight: np.ndarray, inside: np.ndarray, blur: float = 1 / 400) -> np.
     return np.clip(np.minimum(blurred / np.maximum(mass, 1e-3), smallest * 1.5), 0, 1) * inside
 
 
-def uv_polygon(head: HeadModel, ring: Sequence[int], scale: float, size: int) -> np.ndarray:
+def uv_polygon(head: HeadModel, ring: np.ndarray, scale: float, size: int) -> np.ndarray:
     """1 inside a ring of landmarks in the atlas [T, T] float32, scaled about its middle."""
     places = head.landmark_uv()[ring] * size
     places = places.mean(0) + scale * (places - places.mean(0))
