@@ -40,9 +40,10 @@ test: $(READY) ## run the tests, on two cores
 fuzz: $(READY) ## read damaged files: COUNT=50000 of each kind, or only KIND="exr take"
 	$(RUN)/python tests/fuzz $(COUNT) $(KIND)
 
-lint: $(READY) ## check style and spelling
+lint: $(READY) ## check style, types and spelling
 	$(RUN)/ruff check .
 	$(RUN)/ruff format --check .
+	$(RUN)/mypy
 	$(RUN)/codespell bakery tests docs README.md CHANGELOG.md Makefile
 
 golden: $(READY) ## accept today's pictures as the golden ones
@@ -61,4 +62,4 @@ viewer: ## build the page of `bakery preview` again (needs node and npm)
 	cd bakery/runtime/viewer && npm ci --no-audit --no-fund --silent && npm run --silent build
 
 clean: ## remove what was built
-	rm -rf $(VENV) $(DEMO) build dist *.egg-info .pytest_cache .ruff_cache node_modules
+	rm -rf $(VENV) $(DEMO) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache node_modules

@@ -1,9 +1,18 @@
 """Checks at public borders: shape, range, finite."""
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 
-def check_array(name, array, shape, low=None, high=None):
+def check_array(
+    name: str,
+    array: ArrayLike,
+    shape: Sequence[int | None],
+    low: float | None = None,
+    high: float | None = None,
+) -> None:
     """Raise ValueError unless `array` has the shape, is finite and lies in the range.
 
     Args:
@@ -22,7 +31,7 @@ def check_array(name, array, shape, low=None, high=None):
         raise ValueError(f"{name}: maximum {array.max()}, needs at most {high}")
 
 
-def check_shape(name, array, shape):
+def check_shape(name: str, array: ArrayLike, shape: Sequence[int | None]) -> None:
     """Raise ValueError unless `array` has the shape; see `check_array`."""
     have = np.shape(array)
     if len(have) != len(shape) or any(n not in (None, m) for n, m in zip(shape, have)):

@@ -1,5 +1,7 @@
 """Errors that the user can mend. The command line shows each as one line and exits with 1 or 2."""
 
+from collections.abc import Iterable
+
 
 class BakeryError(Exception):
     """Base of all errors whose message says what was found, what is needed, what to do."""
@@ -25,7 +27,7 @@ class BundleError(BakeryError):
     """A bundle is incomplete, damaged or unsafe."""
 
 
-def nearest(name, known):
+def nearest(name: object, known: Iterable[object]) -> str | None:
     """The known name that is most like a mistyped one, or None; upper and lower case are alike."""
     from difflib import get_close_matches
 
@@ -35,7 +37,7 @@ def nearest(name, known):
     )
 
 
-def no_such(what, name, known, advice=""):
+def no_such(what: str, name: object, known: Iterable[object], advice: str = "") -> UsageProblem:
     """The UsageProblem for a name that is not known.
 
     Args:
@@ -43,9 +45,9 @@ def no_such(what, name, known, advice=""):
         known: the names there are; they are listed unless they are many and one is near.
         advice: ends the message.
     """
-    known = [str(word) for word in known]
-    near = nearest(name, known)
+    names = [str(word) for word in known]
+    near = nearest(name, names)
     says = [f"{what} '{name:.60}'"] + [f"did you mean '{near}'?"] * (near is not None)
-    if near is None or len(known) <= 12:
-        says.append(f"known: {', '.join(known) or 'none'}")
+    if near is None or len(names) <= 12:
+        says.append(f"known: {', '.join(names) or 'none'}")
     return UsageProblem("; ".join(says + [advice] * bool(advice)).replace("?;", "?"))

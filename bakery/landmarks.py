@@ -47,6 +47,6 @@ BROW_LEFT = np.array([300, 293, 334, 296, 336, 285, 295, 282, 283, 276])
 BROWS = np.concatenate([BROW_RIGHT, BROW_LEFT])
 
 
-def face_size(points):
+def face_size(points: np.ndarray) -> np.ndarray:
     """Distance of the outer eye corners of points [.., L, 2]: the unit of landmark errors."""
     return np.linalg.norm(points[..., EYE_CORNERS[0], :] - points[..., EYE_CORNERS[1], :], axis=-1)

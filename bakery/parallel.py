@@ -3,21 +3,25 @@
 import logging
 import os
 from collections import deque
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from threading import Thread
+from typing import TypeVar
 
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 log = logging.getLogger(__name__)
 MOST = 8  # threads; each holds the buffers of its own picture
 
 
-def side_by_side(work, items):
+def side_by_side(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
     """Yield work(item) of each item, in order, while the next ones are in work.
 
     What is ahead is bounded, so that results do not pile up; an error of `work` comes out where its
     result would have.
     """
     threads = min(os.cpu_count() or 1, MOST)
-    waiting = deque()
+    waiting: deque[Future[Result]] = deque()
     with ThreadPoolExecutor(threads) as pool:
         try:
             for item in items:
@@ -31,14 +35,14 @@ def side_by_side(work, items):
                 task.cancel()
 
 
-def ahead(work, *given):
+def ahead(work: Callable[..., object], *given: object) -> None:
     """Begin work(*given) beside what follows; who needs its outcome makes sure of it itself.
 
     So an error is not shown here: it comes again where the outcome is needed. If the program ends
     before, nobody needs it.
     """
 
-    def trying():
+    def trying() -> None:
         try:
             work(*given)
         except Exception:

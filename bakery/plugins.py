@@ -26,7 +26,8 @@ def loaded(group: str, name: str) -> Any:
     try:
         return found[name].load()
     except (ImportError, AttributeError, SyntaxError) as error:
-        package = found[name].dist.name if found[name].dist else "an unknown package"
+        dist = found[name].dist
+        package = dist.name if dist else "an unknown package"
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:160]
         raise ModelError(
             f"{kind} '{name}' of {package} cannot be loaded ({reason}); mend or uninstall {package}"

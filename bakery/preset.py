@@ -15,7 +15,7 @@ FOLDERS = (PACKAGE / "presets", PACKAGE.parent / "presets")  # installed; beside
 LARGEST = 2**20  # bytes of a preset
 
 
-def find(name):
+def find(name: str) -> Path:
     """A preset file such as "expressions/keys.toml".
 
     Raises:
@@ -27,7 +27,7 @@ def find(name):
     raise InputError(f"no preset {name}; install bakery again")
 
 
-def names(kind):
+def names(kind: str) -> list[str]:
     """Names of the presets of one kind, such as "builds"."""
     return sorted({path.stem for folder in FOLDERS for path in (folder / kind).glob("*.toml")})
 

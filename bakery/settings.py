@@ -17,6 +17,7 @@ from numbers import Integral, Real
 
 from bakery.errors import UsageProblem, nearest
 
+Value = typing.TypeVar("Value")
 KEY = "setting"  # of a field's metadata
 SEEDS = 2**32 - 1  # the largest seed
 NOUNS = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
@@ -34,7 +35,7 @@ class Allowed:
     count: tuple[int, int] | None = None  # least and most entries of a list
 
     @property
-    def range(self):
+    def range(self) -> str:
         """Such as "1 to 300 texels"; empty if there is none."""
         if self.choices:
             return f"one of {', '.join(self.choices)}"
@@ -44,15 +45,25 @@ class Allowed:
         return " ".join(filter(None, [" to ".join(ends), self.unit]))
 
 
-def setting(default, about, low=None, high=None, *, unit="", choices=(), count=None):
+def setting(
+    default: Value,
+    about: str,
+    low: float | None = None,
+    high: float | None = None,
+    *,
+    unit: str = "",
+    choices: tuple[str, ...] = (),
+    count: tuple[int, int] | None = None,
+) -> Value:
     """A dataclass field; see `Allowed` for the arguments."""
-    return field(default=default, metadata={KEY: Allowed(about, low, high, unit, choices, count)})
+    allowed = Allowed(about, low, high, unit, choices, count)
+    return field(default=default, metadata={KEY: allowed})
 
 
 class Settings:
     """Base of options dataclasses: refuses values that their fields do not allow."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """
         Raises:
             UsageProblem: a value of the wrong type, out of its range or not finite.

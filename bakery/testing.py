@@ -208,7 +208,7 @@ def check_hair(hair: Hair) -> None:
     assert np.isfinite(layer).all() and layer.min() >= 0, "layer: not finite, or below 0"
     assert layer[..., 3].max() <= 1 + 1e-5, "layer: alpha above 1"
     assert not layer[layer[..., 3] == 0].any(), "layer: colour where alpha is 0; multiply it"
-    _same(*layers, "layer")
+    _same(layer, layers[1], "layer")
 
 
 def check_exporter(exporter: Exporter, avatar: Avatar) -> None:

@@ -49,7 +49,7 @@ class Photo:
     focal_35mm: float | None = None  # mm, 35 mm equivalent, from EXIF
     notes: tuple[str, ...] = ()  # conversions that were made, for the manifest
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_array("Photo.encoded", self.encoded, (None, None, 3))
 
 
@@ -63,7 +63,7 @@ class Landmarks:
     confidence: np.ndarray  # [L] 0..1
     maker: Maker = Maker("given")  # the detector
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_array("Landmarks.box", self.box, (4,))
         check_array("Landmarks.points", self.points, (LANDMARKS, 2))
         check_array("Landmarks.confidence", self.confidence, (LANDMARKS,), low=0, high=1)
@@ -80,7 +80,7 @@ class Camera:
     width: int  # pixels
     height: int  # pixels
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_array("Camera.center", self.center, (2,))
         check_array("Camera.rotation", self.rotation, (3,))
         check_array("Camera.translation", self.translation, (3,))
@@ -101,10 +101,10 @@ class Fit:
     landmarks_projected: np.ndarray  # [L, 2] pixels
     seconds: float = 0.0  # of the fit alone
     focal_source: str = "default"  # "exif" or "default"
-    diagnostics: dict = field(default_factory=dict)  # measured numbers, for warnings
+    diagnostics: dict[str, float] = field(default_factory=dict)  # measured numbers, for warnings
     head_sha256: str = ""  # over all numbers of the head model; "" if unknown
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_array("Fit.identity", self.identity, (None,))
         check_array("Fit.expression", self.expression, (len(EXPRESSIONS),), low=0, high=1)
         check_array("Fit.gaze", self.gaze, (2,))
@@ -166,7 +166,7 @@ class Textures:
     maker: Maker = Maker("unknown")  # the generator
     made_from: str = ""  # SHA-256 over photo, landmarks, fit and head; "" if unknown
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         side, keys, shapes = len(self.neutral), len(self.key_names), len(EXPRESSIONS)
         gazes, mouths = len(self.gaze), len(self.mouths)
         for name, shape in {  # pictures are too large to look for what is not finite

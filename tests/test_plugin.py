@@ -88,6 +88,13 @@ def test_a_command(bakery, installed):
     assert bakery("greet", "ada", env=installed).stdout == "hello ada\n"
     listed = bakery("--help", env=installed).stdout
     assert "Commands of other packages" in listed and "See bakery-example." in listed
+    asked = {"_BAKERY_COMPLETE": "zsh_complete", "COMP_WORDS": "bakery gr", "COMP_CWORD": "1"}
+    assert bakery(env=installed | asked).stdout.split() == [
+        "plain",
+        "greet",
+        "See",
+        "bakery-example.",
+    ]
     done = bakery("gret", env=installed)
     assert done.returncode == 2 and "Did you mean 'greet'?" in done.stderr
     assert bakery("greet").returncode == 2  # without the package

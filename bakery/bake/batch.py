@@ -73,7 +73,8 @@ def places(photos: Sequence[Path], folder: Path | None) -> list[tuple[Path, Path
     """
     parents = [folder or photo.parent for photo in photos]
     stems = [(parent, photo.stem) for parent, photo in zip(parents, photos)]
-    out, taken = [], {}
+    out: list[tuple[Path, Path]] = []
+    taken: dict[Path, Path] = {}
     for photo, parent, stem in zip(photos, parents, stems):
         name = photo.stem if stems.count(stem) == 1 else photo.name
         bundle = parent / f"{name}{BUNDLE}"

@@ -1,5 +1,6 @@
 """The bundle: everything that was baked, written into one folder by the exporters."""
 
+import operator
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,7 @@ from bakery.bake.fitting import own_head
 from bakery.bake.options import BundleOptions
 from bakery.export import bundle as files
 from bakery.export.manifest import Baked, manifest
+from bakery.exporters.base import Exporter
 from bakery.exporters.exr import ExrExporter
 from bakery.exporters.head import HeadExporter
 from bakery.exporters.web import WebExporter
@@ -44,7 +46,7 @@ def write_bundle(
     avatar = Avatar(head, neutral, baked.fit, baked.textures, baked.masks, kept)
     with staged(target, overwrite) as folder:
 
-        def run(exporter: Any) -> Callable[[], dict[str, Any]]:
+        def run(exporter: Exporter) -> Callable[[], dict[str, Any]]:
             def export() -> dict[str, Any]:
                 place = folder / exporter.place
                 place.parent.mkdir(parents=True, exist_ok=True)
@@ -57,12 +59,16 @@ def write_bundle(
                 image.write_image(folder / "photo.png", kept)
             return {}
 
-        jobs = [run(one) for one in exporters(options)] + [run(one) for one in CORE] + [photo]
-        said = list(side_by_side(lambda job: job(), jobs))
+        jobs: list[Callable[[], dict[str, Any]]] = [
+            *(run(one) for one in exporters(options)),
+            *(run(one) for one in CORE),
+            photo,
+        ]
+        said = list(side_by_side(operator.call, jobs))
         files.write_manifest(folder, manifest(baked, said, files.list_files(folder)))
 
 
-def exporters(options: BundleOptions) -> list[Any]:
+def exporters(options: BundleOptions) -> list[Exporter]:
     """The exporters that a preset names, in its order.
 
     Raises:

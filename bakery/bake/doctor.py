@@ -24,7 +24,7 @@ class Check:
     what: str  # was found
 
 
-def findings():
+def findings() -> list[Check]:
     """Run all checks: list of Check."""
     checks = [
         Check("python", True, f"{platform.python_version()} on {platform.platform()}"),
@@ -53,21 +53,21 @@ def findings():
     return checks
 
 
-def _package(name):
+def _package(name: str) -> Check:
     try:
         return Check(name, True, metadata.version(name))
     except metadata.PackageNotFoundError:
         return Check(name, False, "not installed")
 
 
-def _disk():
+def _disk() -> str:
     free = shutil.disk_usage(".").free
     if free < ROOM:
         raise OSError(f"{free / 2**30:.1f} GiB free here, a bake wants {ROOM / 2**30:.0f}")
     return f"{free / 2**30:.1f} GiB free here"
 
 
-def _presets():
+def _presets() -> str:
     from bakery import preset
     from bakery.bake.targets import read_targets
 
@@ -76,7 +76,7 @@ def _presets():
     return f"{', '.join(known)}; {len(targets.key_names)} keys, {len(targets.mouths)} mouths"
 
 
-def _head():
+def _head() -> str:
     from bakery.heads.file import load_head
 
     head = load_head()
@@ -85,19 +85,23 @@ def _head():
     )
 
 
-def _detector():
+def _detector() -> str:
+    from bakery.detectors.base import Detector
     from bakery.plugins import plug_in
 
-    return plug_in("detectors", "network").name
+    detector: Detector = plug_in("detectors", "network")
+    return detector.name
 
 
-def _generator():
+def _generator() -> str:
+    from bakery.generators.base import Generator
     from bakery.plugins import plug_in
 
-    return plug_in("generators", "pagan").name
+    generator: Generator = plug_in("generators", "pagan")
+    return generator.name
 
 
-def _rasteriser():
+def _rasteriser() -> str:
     import numpy as np
 
     from bakery.geometry.raster import rasterize
@@ -109,7 +113,7 @@ def _rasteriser():
     return "numba, compiled"
 
 
-def _exr():
+def _exr() -> str:
     import numpy as np
 
     from bakery.formats import exr

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+from bakery.detectors.base import Detector
 from bakery.detectors.file import FileDetector
 from bakery.errors import InputError
 from bakery.formats import image
@@ -36,7 +37,7 @@ def find_faces(
     if landmarks:
         found = detect_faces(photo.encoded, FileDetector(landmarks))
     else:
-        finder = plug_in("detectors", detector)
+        finder: Detector = plug_in("detectors", detector)
         maker = maker_of("detectors", finder)
         found = [replace(face, maker=maker) for face in detect_faces(photo.encoded, finder)]
     if not found:

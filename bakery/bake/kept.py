@@ -1,11 +1,11 @@
 """Results of a long step, kept part by part, so that an interrupted bake loses seconds."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from typing import TypeVar
 
 import numpy as np
 
-from bakery.formats import record
+from bakery.formats import npz, record
 from bakery.formats.work import Work, key_of
 from bakery.parallel import side_by_side
 
@@ -20,7 +20,7 @@ class Kept:
     goes on gives the same bytes as one that was never interrupted.
     """
 
-    def __init__(self, work: Work | None = None, key: str = ""):
+    def __init__(self, work: Work | None = None, key: str = "") -> None:
         """Keep parts in a folder.
 
         Args:
@@ -37,7 +37,7 @@ class Kept:
     def write(self, name: str, arrays: Arrays, *more: object) -> None:
         """Keep a part."""
         if self.work.folder is not None:
-            self.work.put(f"{name}.npz", key_of(self.key, *more), record.pack_arrays(arrays))
+            self.work.put(f"{name}.npz", key_of(self.key, *more), npz.pack_arrays(arrays))
 
     def one(self, name: str, make: Callable[[], Arrays]) -> Arrays:
         """A part, made unless it is kept."""
@@ -49,7 +49,7 @@ class Kept:
 
     def series(
         self, name: str, make: Callable[[Item], Arrays], items: Sequence[Item], size: int
-    ) -> Iterator[Arrays]:
+    ) -> Generator[Arrays, None, None]:
         """Iterate over make(item) of each item, `size` of them a part; what lacks is made side by side."""
         starts = range(0, len(items), size)
         kept = {first: self.read(f"{name}{first:03d}", size) for first in starts}

@@ -25,6 +25,7 @@ from bakery.formats import image, record
 from bakery.formats.files import digest, digest_file, read_bytes
 from bakery.formats.place import check_place
 from bakery.formats.work import Work, key_of, work_folder
+from bakery.generators.base import Generator
 from bakery.heads.base import HeadModel
 from bakery.heads.file import load_head
 from bakery.paths import PACKAGE
@@ -84,7 +85,8 @@ def build(request: Request, progress: Progress | None = None) -> list[Finding]:
     show = progress or (lambda step, done, total: None)
     options = request.options
     check_place(request.output, request.overwrite)
-    generator, head = plug_in("generators", request.generator), load_head(request.head)
+    generator: Generator = plug_in("generators", request.generator)
+    head = load_head(request.head)
     exporters(options.bundle)  # a name that there is not is told before the work
     with work_folder(request.output, request.work) as work:
         seen = find_portrait(request, head, work, show)
@@ -302,7 +304,7 @@ def describe(request: Request) -> str:
     check_place(request.output, request.overwrite)
     plug_in("generators", request.generator), plug_in("hair", request.hair)
     exporters(request.options.bundle)
-    read_targets(request.expressions)
+    targets = read_targets(request.expressions)
     head = load_head(request.head)
     seen = find_portrait(request, head, None, lambda step, done, total: None)
     height, width = seen.photo.encoded.shape[:2]
@@ -316,6 +318,6 @@ def describe(request: Request) -> str:
             f"generator   {request.generator}",
             f"bundle      {request.output} ({options.texture.resolution} texels, "
             f"{options.texture.mouths} mouths)",
-            f"takes       {estimate(options)}",
+            f"takes       {estimate(options, targets, request.generator)}",
         ]
     )

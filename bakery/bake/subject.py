@@ -1,6 +1,7 @@
 """A person photographed in neutral, ready to be painted as other photographs show them."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -10,14 +11,14 @@ from bakery.bake.options import BuildOptions
 from bakery.formats.image import read_photo
 from bakery.generators.planes import NONE, Planes, planes, shrunk_planes
 from bakery.geometry.fill import smoothstep
-from bakery.heads.base import PARTS
+from bakery.heads.base import PARTS, HeadModel
 from bakery.stages.condition import SIZE, condition, finer
 from bakery.stages.face_frame import cut, face_frame
 from bakery.stages.fit.lids import close_lids
-from bakery.stages.segment import HAIR
+from bakery.stages.segment import HAIR, Segmentation
 from bakery.stages.texture.hair import cover_of
 from bakery.stages.texture.neutral import prepare
-from bakery.types import Camera, Conditions, Fit
+from bakery.types import Camera, Conditions, Fit, Landmarks, Photo
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +35,7 @@ class Observation:
     fit: Fit
 
     @property
-    def head_only(self):
+    def head_only(self) -> np.ndarray:
         """The photo where the head is drawn: [S, S, 3] uint8, 0 elsewhere."""
         return _bytes(self.picture * (self.planes.part != NONE)[..., None])
 
@@ -42,7 +43,15 @@ class Observation:
 class FittedSubject:
     """A person photographed in neutral, ready to be paired with other photographs."""
 
-    def __init__(self, path, landmarks, head, options=None, size=SIZE, photo=None):
+    def __init__(
+        self,
+        path: Path,
+        landmarks: Landmarks,
+        head: HeadModel,
+        options: BuildOptions | None = None,
+        size: int = SIZE,
+        photo: Photo | None = None,
+    ) -> None:
         """Fit and unwrap the neutral photo.
 
         Args:
@@ -67,14 +76,21 @@ class FittedSubject:
         self.subject, self.hair = prepared.subject, prepared.hair
         self.neutral = self._observation(photo, landmarks.points, fit, segmentation, neutral)
 
-    def observe(self, path, landmarks):
+    def observe(self, path: Path, landmarks: Landmarks) -> Observation:
         """Another photo of this person: Observation."""
         photo = read_photo(path)
         fit, segmentation = fit_portrait(path, photo, landmarks, self.model, self.options)
         neutral = fitted_neutral(self.model, fit)
         return self._observation(photo, landmarks.points, fit, segmentation, neutral)
 
-    def _observation(self, photo, points, fit, segmentation, neutral):
+    def _observation(
+        self,
+        photo: Photo,
+        points: np.ndarray,
+        fit: Fit,
+        segmentation: Segmentation,
+        neutral: np.ndarray,
+    ) -> Observation:
         camera, affine = face_frame(fit, points, self.size)
         drawn = condition(
             self.head, neutral, self.subject.texture, fit.expression, fit.gaze, finer(camera)
@@ -97,5 +113,6 @@ class FittedSubject:
         )
 
 
-def _bytes(values):
-    return np.round(np.clip(values, 0, 1) * 255).astype(np.uint8)
+def _bytes(values: np.ndarray) -> np.ndarray:
+    scaled: np.ndarray = np.round(np.clip(values, 0, 1) * 255)
+    return scaled.astype(np.uint8)

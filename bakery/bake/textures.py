@@ -1,6 +1,6 @@
 """The textures of one person: condition -> generate -> texture, for each key, gaze and mouth."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import fields
 
@@ -28,6 +28,7 @@ from bakery.stages.texture.proxies import eye_caps, make_carrier
 from bakery.types import Camera, Conditions, Fit, Landmarks, Photo, Textures
 
 AHEAD = (0.0, 0.0)  # degrees of gaze
+STEPS = ("neutral", "key", "gaze", "mouth")  # what `paint` tells of its progress
 # Pictures a kept part: each takes the time of about a second to paint.
 GAZES, MOUTHS = 10, 25
 
@@ -72,7 +73,7 @@ class Painter:
     def _seen(
         subject: Subject,
         weights: np.ndarray,
-        direction: np.ndarray | tuple[float, float],
+        direction: Sequence[float] | np.ndarray,
         camera: Camera,
     ) -> Conditions:
         return condition(subject.head, subject.neutral, subject.texture, weights, direction, camera)
@@ -117,8 +118,10 @@ def paint(
         if progress:
             progress(word, next(numbers), total)
 
-    def painted(word: str, make: Callable[[np.ndarray], Arrays], rows: np.ndarray, size: int):
-        with closing(kept.series(word, make, rows, size)) as series:
+    def painted(
+        word: str, make: Callable[[np.ndarray], Arrays], rows: np.ndarray, size: int
+    ) -> Iterator[Arrays]:
+        with closing(kept.series(word, make, list(rows), size)) as series:
             for _ in rows:
                 say(word)
                 yield next(series)

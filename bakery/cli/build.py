@@ -48,6 +48,8 @@ def build(photos, output, preset, settings, resolution, jobs, as_json, dry_run, 
     elif request["work"]:
         raise click.UsageError("--work keeps the steps of one bake; give one photo")
     from bakery.bake import batch, pipeline
+    from bakery.bake.estimate import plan
+    from bakery.bake.targets import read_targets
 
     if output is not None and not folder and Path(output).suffix.lower() in OTHERS:
         raise click.UsageError(
@@ -69,10 +71,11 @@ def build(photos, output, preset, settings, resolution, jobs, as_json, dry_run, 
         for one in asked:
             click.echo(pipeline.describe(one))
         return
+    steps = plan(chosen, read_targets(common.expressions), common.generator)
     if several:
-        _all(asked, jobs, as_json, options.bake_plan(chosen) if jobs == 1 else None)
+        _all(asked, jobs, as_json, steps if jobs == 1 else None)
         return
-    with options.progress(asked[0].output.name, options.bake_plan(chosen)) as progress:
+    with options.progress(asked[0].output.name, steps) as progress:
         outcome = batch.baked(asked[0], progress)
     if as_json:
         click.echo(batch.as_json(outcome))

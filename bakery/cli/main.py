@@ -10,7 +10,8 @@ import sys
 import click
 
 from bakery import __version__
-from bakery.cli.group import Group, Interrupted
+from bakery.cli.entries import may_have
+from bakery.cli.group import Group, Interrupted, help_width
 from bakery.errors import BakeryError, ModelError, UsageProblem
 
 COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of the bake
@@ -64,28 +65,32 @@ class LazyGroup(Group):
     def shell_complete(self, context, incomplete):
         from click.shell_completion import CompletionItem
 
+        about = {name: about for name, (_, about) in COMMANDS.items()} | _about_others()
         return [
-            CompletionItem(name, help=about)
-            for name, (_, about) in COMMANDS.items()
-            if name.startswith(incomplete)
+            CompletionItem(name, help=about[name]) for name in about if name.startswith(incomplete)
         ] + click.Command.shell_complete(self, context, incomplete)
 
     def format_commands(self, context, formatter):
         with formatter.section("Commands"):
             formatter.write_dl([(name, about) for name, (_, about) in COMMANDS.items()])
-        if others := _others():
+        if others := _about_others():
             with formatter.section("Commands of other packages"):
-                formatter.write_dl(
-                    [(name, f"See {entry.dist.name}.") for name, entry in others.items()]
-                )
+                formatter.write_dl(list(others.items()))
 
 
 def _others():
     """Commands that other packages bring: name -> entry point of the group `bakery.commands`."""
+    if not may_have("bakery.commands"):
+        return {}
     from importlib.metadata import entry_points
 
     found = {entry.name: entry for entry in entry_points(group="bakery.commands")}
     return {name: found[name] for name in sorted(found) if name not in COMMANDS}
+
+
+def _about_others():
+    """What is said of the commands of other packages: name -> text."""
+    return {name: f"See {entry.dist.name}." for name, entry in _others().items()}
 
 
 def _plugged_in(name):
@@ -100,7 +105,10 @@ def _plugged_in(name):
     return command
 
 
-@click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.command(
+    cls=LazyGroup,
+    context_settings={"help_option_names": ["-h", "--help"], "terminal_width": help_width()},
+)
 @click.version_option(__version__, prog_name="bakery")
 @click.option("-v", "--verbose", count=True, help="Say more; twice for everything.")
 @click.option("-q", "--quiet", count=True, help="Say less; only errors.")

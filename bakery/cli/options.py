@@ -238,16 +238,6 @@ def progress(name="", plan=None):
     return shown_progress(verbosity(), name, plan)
 
 
-def bake_plan(options):
-    """The plan for `progress` of a bake: about the seconds that each step takes on two cores."""
-    texture = options.texture
-    return {
-        "detect": (1.0, 1), "segment": (0.7, 1), "fit": (1.5, 1), "neutral": (3.0, 1),
-        "key": (1.5 * len(texture.views), 6), "gaze": (1.2, 20),
-        "mouth": (0.048 * texture.mouths, texture.mouths), "mask": (0.5, 1), "bundle": (4.0, 1),
-    }  # fmt: skip
-
-
 def options_class(of):
     """The options dataclass of one of SETTINGS."""
     module, _, name = SETTINGS[of].partition(":")

@@ -20,8 +20,9 @@ def texture(photo, fitted, output, overwrite, preset, settings, resolution, **re
     """
     options.may_write(output, overwrite)
     from bakery.bake import pipeline
+    from bakery.bake.estimate import plan
     from bakery.bake.targets import read_targets
-    from bakery.bake.textures import paint
+    from bakery.bake.textures import STEPS, paint
     from bakery.formats import record
     from bakery.heads.file import load_head
     from bakery.plugins import plug_in
@@ -30,11 +31,13 @@ def texture(photo, fitted, output, overwrite, preset, settings, resolution, **re
     generator, head = plug_in("generators", request["generator"]), load_head(request["head"])
     asked = pipeline.Request(photo, output, chosen, **request)
     seen = pipeline.read_portrait(asked, fitted, head)
-    with options.progress(output.name, options.bake_plan(chosen)) as progress:
+    wanted = read_targets(asked.expressions)
+    steps = plan(chosen, wanted, asked.generator)
+    with options.progress(output.name, {word: steps[word] for word in STEPS}) as progress:
         painted = paint(
             seen.photo, seen.landmarks, seen.fit, seen.segmentation, head, generator,
             plug_in("hair", asked.hair), chosen, progress=progress,
-            wanted=read_targets(asked.expressions),
+            wanted=wanted,
         )  # fmt: skip
     record.write_arrays(output, record.textures_to_arrays(painted))
     options.wrote(output)

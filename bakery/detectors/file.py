@@ -2,20 +2,24 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from bakery.errors import InputError
 from bakery.formats.record import read_faces
+from bakery.types import Landmarks
 
 
 class FileDetector:
     """Gives the faces that stand in one file; see `bakery.detectors.base.Detector`."""
 
     name = "file"
+    sha256 = ""
 
-    def __init__(self, path):
+    def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         self.size, self.faces = read_faces(self.path)
 
-    def detect(self, image):
+    def detect(self, image: np.ndarray) -> list[Landmarks]:
         """The file's faces, if it belongs to a photo of this size.
 
         Args:

@@ -9,6 +9,7 @@ torch is imported on the first use, for it takes a second.
 """
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -49,7 +50,7 @@ class NetworkDetector:
     def __init__(self, finder, points, options=NetworkOptions(), sha256=""):
         self.finder, self.points, self.options, self.sha256 = finder, points, options, sha256
 
-    def detect(self, image):
+    def detect(self, image: np.ndarray) -> list[Landmarks]:
         """All faces of a photo.
 
         Args:
@@ -128,7 +129,7 @@ class NetworkDetector:
         )
 
 
-def load(path=WEIGHTS, options=NetworkOptions()):
+def load(path: str | Path = WEIGHTS, options: NetworkOptions = NetworkOptions()) -> NetworkDetector:
     """The detector with weights from a file.
 
     Args:

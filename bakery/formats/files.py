@@ -21,18 +21,18 @@ class DiskError(InputError):
     """A write failed: the input is good, the place is not."""
 
 
-def digest(data):
+def digest(data: bytes | memoryview) -> str:
     """SHA-256 of bytes, as hexadecimal text."""
     return hashlib.sha256(data).hexdigest()
 
 
-def digest_file(path):
+def digest_file(path: str | Path) -> str:
     """SHA-256 of a file, as hexadecimal text."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def read_bytes(path, largest=LARGEST, first=-1):
+def read_bytes(path: str | Path, largest: int = LARGEST, first: int = -1) -> bytes:
     """The bytes of an ordinary file.
 
     Args:

@@ -32,7 +32,7 @@ oiio.attribute("limits:resolution", 65536)
 oiio.attribute("threads", 1)  # the same bytes whatever the machine
 
 
-def read_photo(path, frame=None):
+def read_photo(path: str | Path, frame: int | None = None) -> Photo:
     """Read a photo, upright and in sRGB.
 
     Args:
@@ -65,7 +65,7 @@ def read_photo(path, frame=None):
     )
 
 
-def write_image(path, encoded, quality=92):
+def write_image(path: str | Path, encoded: np.ndarray, quality: int = 92) -> None:
     """Write [H, W, 1, 3 or 4] sRGB-encoded 0..1 (or uint8) as PNG, JPEG or WebP, by the name's ending."""
     write_bytes(path, encode_image(encoded, str(path)[str(path).rfind(".") :].lower(), quality))
 

@@ -36,7 +36,7 @@ WORK = "work"  # how the hidden folder of a bake's finished steps ends
 FRESH = 60  # seconds in which a hidden folder without a lock may be one that is just being made
 
 
-def check_place(target, overwrite):
+def check_place(target: Path, overwrite: bool) -> None:
     """Refuse a place that must not be written to, after clearing away what killed runs left there.
 
     Raises:

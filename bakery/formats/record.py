@@ -2,16 +2,20 @@
 
 import json
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from bakery.check import check_array
 from bakery.errors import InputError
 from bakery.formats import npz
 from bakery.formats.files import digest, read_bytes, write_bytes
 from bakery.formats.npz import pack_arrays
-from bakery.types import EXPRESSIONS, LANDMARKS, Camera, Fit, Landmarks, Maker, Textures
+from bakery.types import EXPRESSIONS, LANDMARKS, Camera, Fit, Landmarks, Maker, Photo, Textures
 
 FARTHEST = 1e7  # pixels and mm; numbers of a camera beyond that overflow where they are multiplied
 REACH = 10  # picture sizes; a point farther from the corner than that belongs to no face in it
@@ -19,7 +23,7 @@ LARGEST_JSON = 64 * 2**20  # bytes
 LARGEST_ARRAYS = 8 * 2**30  # bytes; a 4096-texel texture file has 1 GiB
 
 
-def numbers(array, digits=None):
+def numbers(array: ArrayLike, digits: int | None = None) -> Any:
     """An array as nested lists of floats: shortest text that reads back the same, or rounded."""
     array = np.asarray(array)
     if digits is not None:
@@ -29,7 +33,7 @@ def numbers(array, digits=None):
     return array.tolist()
 
 
-def dump(table):
+def dump(table: Mapping[str, object]) -> bytes:
     """JSON bytes: one line for each entry of the outer table, so that it can be read and compared."""
     lines = (
         f"{json.dumps(key)}: {json.dumps(value, ensure_ascii=False, allow_nan=False)}"
@@ -38,7 +42,7 @@ def dump(table):
     return ("{\n  " + ",\n  ".join(lines) + "\n}\n").encode()
 
 
-def parse(name, data):
+def parse(name: object, data: bytes) -> dict[str, Any]:
     """A JSON table from bytes.
 
     Raises:
@@ -61,7 +65,7 @@ def _refuse_constant(text):
     raise ValueError(text)
 
 
-def faces_to_table(width, height, faces):
+def faces_to_table(width: int, height: int, faces: Sequence[Landmarks]) -> dict[str, object]:
     """What `bakery detect` writes of a photo.
 
     Args:
@@ -83,7 +87,9 @@ def faces_to_table(width, height, faces):
     }
 
 
-def faces_from_table(name, table):
+def faces_from_table(
+    name: object, table: Mapping[str, Any]
+) -> tuple[tuple[int, int], list[Landmarks]]:
     """Image size (width, height) and the Landmarks of each face.
 
     Raises:
@@ -107,7 +113,7 @@ def faces_from_table(name, table):
         return size, faces
 
 
-def _maker(table):
+def _maker(table: Mapping[str, object]) -> Maker:
     """The Maker of a table of texts; what it does not know of is left out."""
     known = {
         field.name: str(table[field.name])[:200] for field in fields(Maker) if field.name in table
@@ -115,7 +121,7 @@ def _maker(table):
     return Maker(**known)
 
 
-def rounded_face(photo, face):
+def rounded_face(photo: Photo, face: Landmarks) -> Landmarks:
     """Landmarks as a file of them reads back: what follows is the same with and without the file."""
     height, width = photo.encoded.shape[:2]
     return faces_from_table("landmarks", faces_to_table(width, height, [face]))[1][0]
@@ -135,7 +141,7 @@ def _check_face(face, size):
         raise ValueError("the box of a face has no area")
 
 
-def camera_to_table(camera):
+def camera_to_table(camera: Camera) -> dict[str, object]:
     """A Camera as a table."""
     return {
         "focal": float(camera.focal),
@@ -147,7 +153,7 @@ def camera_to_table(camera):
     }
 
 
-def fit_to_table(fit, photo=None):
+def fit_to_table(fit: Fit, photo: Photo | None = None) -> dict[str, object]:
     """What `bakery fit` writes.
 
     Args:
@@ -174,7 +180,7 @@ def fit_to_table(fit, photo=None):
     return table
 
 
-def fit_from_table(name, table):
+def fit_from_table(name: object, table: Mapping[str, Any]) -> Fit:
     """The Fit of a table that `bakery fit` wrote.
 
     Raises:
@@ -236,13 +242,15 @@ WRONG = (KeyError, ValueError, TypeError, IndexError, AttributeError, OverflowEr
 class _reading:
     """Turns what a wrong table raises into one line."""
 
-    def __init__(self, name, command):
+    def __init__(self, name: object, command: str) -> None:
         self.name, self.command = name, command
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind, error, trace):
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: object
+    ) -> None:
         if kind is None or not issubclass(kind, WRONG):
             return
         reason = " ".join(str(error).split())[:120]
@@ -253,17 +261,17 @@ class _reading:
         raise InputError(f"{self.name}: {reason}; write it again with `{self.command}`") from None
 
 
-def read_faces(path):
+def read_faces(path: str | Path) -> tuple[tuple[int, int], list[Landmarks]]:
     """`faces_from_table` of a file."""
     return faces_from_table(path, parse(path, read_bytes(path, LARGEST_JSON)))
 
 
-def read_fit(path):
+def read_fit(path: str | Path) -> Fit:
     """`fit_from_table` of a file."""
     return fit_from_table(path, parse(path, read_bytes(path, LARGEST_JSON)))
 
 
-def unpack_arrays(name, data):
+def unpack_arrays(name: object, data: bytes) -> dict[str, np.ndarray]:
     """Named arrays from npz bytes.
 
     Raises:
@@ -276,14 +284,14 @@ def unpack_arrays(name, data):
         raise InputError(f"{name}: {error}; make it again") from None
 
 
-def write_arrays(path, arrays):
+def write_arrays(path: str | Path, arrays: Mapping[str, np.ndarray]) -> str:
     """Write `pack_arrays` to a file; returns its SHA-256."""
     data = pack_arrays(arrays)
     write_bytes(path, data)
     return digest(data)
 
 
-def read_arrays(path, needed=()):
+def read_arrays(path: str | Path, needed: Iterable[str] = ()) -> dict[str, np.ndarray]:
     """Read what `write_arrays` wrote.
 
     Raises:
@@ -296,14 +304,14 @@ def read_arrays(path, needed=()):
     return arrays
 
 
-def textures_to_arrays(textures):
+def textures_to_arrays(textures: Textures) -> dict[str, np.ndarray]:
     """Textures as named arrays; who made them as JSON text."""
     table = {field.name: getattr(textures, field.name) for field in fields(Textures)}
     table["maker"] = json.dumps(asdict(textures.maker))
     return {name: np.array(value) for name, value in table.items()}
 
 
-def textures_from_arrays(arrays):
+def textures_from_arrays(arrays: Mapping[str, np.ndarray]) -> Textures:
     """Textures of what `textures_to_arrays` made.
 
     Raises:
@@ -321,7 +329,7 @@ def textures_from_arrays(arrays):
     )
 
 
-def read_textures(path):
+def read_textures(path: str | Path) -> Textures:
     """Textures that `bakery texture` wrote.
 
     Raises:

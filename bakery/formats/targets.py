@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ PLAIN = "named"  # of NAMED: its expressions go by their names alone
 NAMED = {"named": PLAIN, "keys": "key", "visemes": "viseme"}  # file -> before the names in it
 
 
-def weight_rows(tables, where):
+def weight_rows(tables: Sequence[Mapping[str, float]], where: object) -> np.ndarray:
     """Mappings of ARKit names to weights as [n, E] float32.
 
     Raises:
@@ -32,13 +33,13 @@ def weight_rows(tables, where):
     return out
 
 
-def read_keys(path):
+def read_keys(path: str | Path) -> tuple[tuple[str, ...], np.ndarray]:
     """Key expressions: names and weights [K, E]."""
     tables = tomllib.loads(Path(path).read_text(encoding="utf-8"))
     return tuple(tables), weight_rows(list(tables.values()), path)
 
 
-def named_expressions():
+def named_expressions() -> dict[str, dict[str, float]]:
     """Every expression with a name: {name: {shape: weight}}.
 
     Those of expressions/named.toml have plain names, as "laugh"; key expressions and visemes say
@@ -94,11 +95,11 @@ def expression_weights(text: str) -> np.ndarray:
     return np.minimum(total, 1)
 
 
-def read_gaze(path):
+def read_gaze(path: str | Path) -> np.ndarray:
     """Gaze directions [n, 2] degrees."""
     return np.array(tomllib.loads(Path(path).read_text(encoding="utf-8"))["directions"], float)
 
 
-def read_mouths(path):
+def read_mouths(path: str | Path) -> np.ndarray:
     """Mouth poses [M, E]."""
     return weight_rows(json.loads(Path(path).read_text(encoding="utf-8")), path)

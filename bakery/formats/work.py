@@ -9,16 +9,19 @@ import hashlib
 import json
 import logging
 import os
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TypeVar
 
 from bakery.errors import BakeryError, InputError
 from bakery.formats.files import NEW, DiskError, digest, disk_error, write_bytes
 from bakery.formats.place import WORK, locked_folder, prefix, remove_hidden, take_lock
 
+Loaded = TypeVar("Loaded")
 log = logging.getLogger(__name__)
 
 
-def key_of(*parts):
+def key_of(*parts: object) -> str:
     """A key from anything JSON can hold."""
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
@@ -26,10 +29,10 @@ def key_of(*parts):
 class Work:
     """Finished steps in a folder; without one, nothing is kept."""
 
-    def __init__(self, folder):
-        self.folder = folder and Path(folder)
+    def __init__(self, folder: str | Path | None) -> None:
+        self.folder = Path(folder) if folder else None
 
-    def get(self, name, key):
+    def get(self, name: str, key: str) -> bytes | None:
         """The bytes of an entry, or None if there is none for this key or it is damaged."""
         if self.folder is None:
             return None
@@ -47,7 +50,9 @@ class Work:
         log.info("%s: taken from the work folder", name)
         return data
 
-    def step(self, name, key, make, load):
+    def step(
+        self, name: str, key: str, make: Callable[[], bytes], load: Callable[[bytes], Loaded]
+    ) -> Loaded:
         """An entry, made unless it is there.
 
         Args:
@@ -61,7 +66,7 @@ class Work:
             self.put(name, key, data)
         return load(data)
 
-    def put(self, name, key, data):
+    def put(self, name: str, key: str, data: bytes | memoryview) -> None:
         """Keep an entry."""
         if self.folder is None:
             return
@@ -72,7 +77,7 @@ class Work:
 
 
 @contextlib.contextmanager
-def work_folder(target, folder=None):
+def work_folder(target: Path, folder: Path | None = None) -> Iterator[Work]:
     """The work folder of a bundle: beside it, hidden, gone when the bundle is complete.
 
     Two bakes of the same bundle at once do not share it: the second gets one of its own.
@@ -82,7 +87,7 @@ def work_folder(target, folder=None):
     """
     target = Path(os.path.abspath(target))
     kept = folder is not None
-    place = Path(folder) if kept else target.parent / f"{prefix(target)}{WORK}"
+    place = target.parent / f"{prefix(target)}{WORK}" if folder is None else Path(folder)
     try:
         place.mkdir(parents=True, exist_ok=True)
         lock = take_lock(place)

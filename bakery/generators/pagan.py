@@ -18,6 +18,7 @@ from torch.nn import functional
 from bakery.errors import ModelError
 from bakery.formats.files import digest_file
 from bakery.generators import expected_folds
+from bakery.generators.base import Subject
 from bakery.generators.eyes import with_photographed_eyes
 from bakery.generators.fold_maps import TINT, FoldMaps
 from bakery.generators.hints import hints
@@ -29,7 +30,7 @@ from bakery.generators.unet import NetworkOptions, UNet, byte_range, input_layer
 from bakery.geometry import camera as cameras
 from bakery.landmarks import FACE
 from bakery.paths import ASSETS
-from bakery.types import Generated
+from bakery.types import Conditions, Generated
 
 WEIGHTS = ASSETS / "generators" / "pagan.safetensors"
 KIND = "bakery generator 1"  # says in a file's metadata what it is
@@ -80,7 +81,9 @@ class PaganGenerator:
         if "folds" in self.network.options.inputs:
             expected_folds.get_ready(head)
 
-    def generate(self, subject, conditions, interior_only=False):
+    def generate(
+        self, subject: Subject, conditions: Conditions, interior_only: bool = False
+    ) -> Generated:
         """Paint one target of a subject (generators.base.Generator).
 
         Raises:

@@ -13,7 +13,8 @@ from bakery.geometry.camera import to_camera
 from bakery.geometry.color import to_encoded
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.sample import interpolate
-from bakery.heads.base import PARTS, once_a_mean
+from bakery.heads.base import PARTS, HeadModel, once_a_mean
+from bakery.types import Conditions
 
 NONE = 255  # code of `part` where nothing is drawn
 # mm between the eyes' middle (the origin of head space) and what depth 255 and depth 1 mean.
@@ -33,7 +34,7 @@ class Planes:
     face: np.ndarray  # [H, W] uint8: 255 on the face, feathered towards scalp, ears and throat
 
 
-def planes(head, conditions):
+def planes(head: HeadModel, conditions: Conditions) -> Planes:
     """Encode Conditions of a head model.
 
     Returns:
@@ -53,10 +54,10 @@ def planes(head, conditions):
     )
 
 
-def shrunk_planes(planes, size):
+def shrunk_planes(planes: Planes, size: int) -> Planes:
     """Planes drawn at several times the pixels [h, w] as planes of `size` pixels a side."""
 
-    def area(plane):
+    def area(plane: np.ndarray) -> np.ndarray:
         small = cv2.resize(plane.astype(np.float32), (size, size), interpolation=cv2.INTER_AREA)
         return np.round(small).astype(plane.dtype)
 

@@ -5,6 +5,7 @@ It is the baseline that a trained generator has to beat, and the fallback.
 
 import numpy as np
 
+from bakery.generators.base import Subject
 from bakery.generators.eyes import seen_eye
 from bakery.generators.fold_maps import TINT, FoldMaps
 from bakery.generators.lids import with_lids
@@ -22,7 +23,7 @@ from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.sample import interpolate
 from bakery.heads.base import PARTS
 from bakery.landmarks import LIPS_INNER
-from bakery.types import Generated
+from bakery.types import Conditions, Generated
 
 # Half-strength light change gave +0.17 dB on real smiles, full strength nothing (PITFALLS 12).
 LIGHT_CHANGE = 0.5
@@ -38,7 +39,9 @@ class RenderedGenerator:
     def __init__(self):
         self._folds = FoldMaps()
 
-    def generate(self, subject, conditions, interior_only=False):
+    def generate(
+        self, subject: Subject, conditions: Conditions, interior_only: bool = False
+    ) -> Generated:
         """Paint one target of a subject (generators.base.Generator)."""
         if interior_only:
             ratio = np.ones_like(conditions.deformed_neutral)

@@ -3,16 +3,18 @@
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from bakery.geometry import rotation
+from bakery.types import Camera
 
 
-def to_camera(points, camera):
+def to_camera(points: np.ndarray, camera: Camera) -> np.ndarray:
     """Head space [..., 3] mm to camera space [..., 3] mm."""
     return points @ rotation.matrix(camera.rotation).T + camera.translation
 
 
-def project_camera(points, camera):
+def project_camera(points: np.ndarray, camera: Camera) -> np.ndarray:
     """Camera space [..., 3] mm to pixels [..., 2]."""
     scale = camera.focal / -points[..., 2]
     return np.stack(
@@ -20,12 +22,12 @@ def project_camera(points, camera):
     )
 
 
-def project(points, camera):
+def project(points: np.ndarray, camera: Camera) -> np.ndarray:
     """Head space [..., 3] mm to pixels [..., 2]."""
     return project_camera(to_camera(points, camera), camera)
 
 
-def projection_jacobian(points, camera):
+def projection_jacobian(points: np.ndarray, camera: Camera) -> np.ndarray:
     """Derivative [..., 2, 3] of the pixels by the camera-space points [..., 3]."""
     inverse = 1 / -points[..., 2]
     out = np.zeros(points.shape[:-1] + (2, 3), points.dtype)
@@ -36,17 +38,17 @@ def projection_jacobian(points, camera):
     return out
 
 
-def position(camera):
+def position(camera: Camera) -> np.ndarray:
     """Where the camera stands in head space, [3] mm."""
     return -rotation.matrix(camera.rotation).T @ camera.translation
 
 
-def pixels_per_mm(camera):
+def pixels_per_mm(camera: Camera) -> float:
     """Pixels that a millimetre takes at the face, that is at the origin of head space."""
     return float(camera.focal / -to_camera(np.zeros(3), camera)[2])
 
 
-def crop(camera, x, y, width, height, scale):
+def crop(camera: Camera, x: float, y: float, width: int, height: int, scale: float) -> Camera:
     """The camera of a picture cut at (x, y) from this camera's and then scaled.
 
     Args:
@@ -63,7 +65,9 @@ def crop(camera, x, y, width, height, scale):
     )
 
 
-def view(camera, yaw, pitch=0.0, pivot=(0.0, 0.0, 0.0)):
+def view(
+    camera: Camera, yaw: float, pitch: float = 0.0, pivot: ArrayLike = (0.0, 0.0, 0.0)
+) -> Camera:
     """This camera with the head turned to face (yaw, pitch) degrees, relative to its frontal view.
 
     The head keeps its distance and its place in the picture: `pivot` (head space, mm) stays where

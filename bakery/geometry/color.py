@@ -1,11 +1,12 @@
 """sRGB transfer and luma."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 LUMA = np.array([0.2126, 0.7152, 0.0722], np.float32)  # Rec.709
 
 
-def to_linear(encoded):
+def to_linear(encoded: ArrayLike) -> np.ndarray:
     """sRGB-encoded 0..1 to scene-linear, float32 (IEC 61966-2-1)."""
     encoded = np.asarray(encoded, np.float32)
     return np.where(
@@ -13,7 +14,7 @@ def to_linear(encoded):
     ).astype(np.float32)
 
 
-def to_encoded(linear):
+def to_encoded(linear: ArrayLike) -> np.ndarray:
     """Scene-linear to sRGB-encoded, clipped to 0..1, float32."""
     linear = np.clip(np.asarray(linear, np.float32), 0, 1)
     return np.where(

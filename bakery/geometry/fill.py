@@ -2,18 +2,20 @@
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 
-def around(mask, margin):
+def around(mask: np.ndarray, margin: float) -> tuple[slice, slice]:
     """Slices (rows, columns) that hold all of a mask [H, W], not empty, and `margin` pixels around it."""
     out = []
     for axis in (1, 0):
         at = np.flatnonzero(mask.any(axis))
         out.append(slice(max(at[0] - int(np.ceil(margin)), 0), at[-1] + int(np.ceil(margin)) + 1))
-    return tuple(out)
+    rows, columns = out
+    return rows, columns
 
 
-def diffuse(values, weight, floor=1e-4):
+def diffuse(values: np.ndarray, weight: np.ndarray, floor: float = 1e-4) -> np.ndarray:
     """Continue known values smoothly into the unknown (pull-push pyramid).
 
     Where the weight is 1 the value stays as it is; where it is 0 the value comes from ever wider
@@ -54,7 +56,7 @@ def diffuse(values, weight, floor=1e-4):
     return out
 
 
-def smoothstep(low, high, x):
+def smoothstep(low: float, high: float, x: ArrayLike) -> np.ndarray:
     """0 below `low`, 1 above `high`, a smooth cubic between; `low` may be the larger."""
     t = np.clip((np.asarray(x) - low) / (high - low), 0, 1)
     return t * t * (3 - 2 * t)

@@ -6,7 +6,7 @@ import numpy as np
 C0, C1, C2, C20, C22 = 0.282095, 0.488603, 1.092548, 0.315392, 0.546274
 
 
-def basis(normals):
+def basis(normals: np.ndarray) -> np.ndarray:
     """Y_k at unit normals: [..., 3] to [..., 9] (1, y, z, x, xy, yz, 3z^2-1, xz, x^2-y^2)."""
     x, y, z = normals[..., 0], normals[..., 1], normals[..., 2]
     return np.stack(
@@ -25,7 +25,7 @@ def basis(normals):
     )
 
 
-def basis_jacobian(normals):
+def basis_jacobian(normals: np.ndarray) -> np.ndarray:
     """Derivative of `basis` by the normal: [..., 3] to [..., 9, 3]."""
     x, y, z = normals[..., 0], normals[..., 1], normals[..., 2]
     out = np.zeros(normals.shape[:-1] + (9, 3), normals.dtype)
@@ -38,7 +38,7 @@ def basis_jacobian(normals):
     return out
 
 
-def turned(light, turn):
+def turned(light: np.ndarray, turn: np.ndarray) -> np.ndarray:
     """A light [9, ...] as it is once `turn` [3, 3] has rotated it."""
     rng = np.random.default_rng(0)
     directions = rng.normal(size=(32, 3))
@@ -47,6 +47,6 @@ def turned(light, turn):
     return np.linalg.lstsq(basis(directions), values, rcond=None)[0]
 
 
-def irradiance(normals, light):
+def irradiance(normals: np.ndarray, light: np.ndarray) -> np.ndarray:
     """Light [9, 3] at unit normals [..., 3]: [..., 3] linear RGB."""
     return basis(normals) @ light

@@ -3,18 +3,18 @@
 import numpy as np
 
 
-def face_normals(vertices, faces):
+def face_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Normals [F, 3], as long as twice the face's area."""
     a, b, c = vertices[faces[:, 0]], vertices[faces[:, 1]], vertices[faces[:, 2]]
     return np.cross(b - a, c - a)
 
 
-def scatter_add(values, index, count):
+def scatter_add(values: np.ndarray, index: np.ndarray, count: int) -> np.ndarray:
     """Sum rows `values` [N, C] into `count` bins by `index` [N]: [count, C] float64."""
     return np.stack([np.bincount(index, values[:, c], count) for c in range(values.shape[1])], 1)
 
 
-def vertex_normals(vertices, faces):
+def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Unit normals [V, 3], weighted by area; a vertex without faces gets +z."""
     normals = face_normals(vertices, faces)
     total = sum(scatter_add(normals, faces[:, corner], len(vertices)) for corner in range(3))
@@ -22,13 +22,13 @@ def vertex_normals(vertices, faces):
     return np.where(length > 0, total / np.maximum(length, 1e-20), [0.0, 0.0, 1.0])
 
 
-def edges(faces):
+def edges(faces: np.ndarray) -> np.ndarray:
     """The undirected edges [N, 2], each once, lower index first."""
     pairs = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     return np.unique(np.sort(pairs, axis=1), axis=0)
 
 
-def boundary_loops(faces):
+def boundary_loops(faces: np.ndarray) -> list[list[int]]:
     """The open borders, as lists of vertices in the direction of their faces, longest first."""
     directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     inner = {(int(b), int(a)) for a, b in directed}
@@ -45,7 +45,7 @@ def boundary_loops(faces):
     return sorted(loops, key=len, reverse=True)
 
 
-def closest_barycentric(points, triangles):
+def closest_barycentric(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """The closest point of each triangle, as barycentric coordinates.
 
     Args:

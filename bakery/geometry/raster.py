@@ -96,7 +96,13 @@ def _rasterize(fill, pixels, depth, faces, size, cull):
     return Fragments(face, barycentric, out)
 
 
-def rasterize(pixels, depth, faces, size, cull=False):
+def rasterize(
+    pixels: np.ndarray,
+    depth: np.ndarray | None,
+    faces: np.ndarray,
+    size: tuple[int, int],
+    cull: bool = False,
+) -> Fragments:
     """Find the nearest face under each pixel centre.
 
     Args:
@@ -113,6 +119,12 @@ def rasterize(pixels, depth, faces, size, cull=False):
     return _rasterize(_fill, pixels, depth, faces, size, cull)
 
 
-def rasterize_reference(pixels, depth, faces, size, cull=False):
+def rasterize_reference(
+    pixels: np.ndarray,
+    depth: np.ndarray | None,
+    faces: np.ndarray,
+    size: tuple[int, int],
+    cull: bool = False,
+) -> Fragments:
     """`rasterize` in plain numpy, slow and clear."""
     return _rasterize(_fill_reference, pixels, depth, faces, size, cull)

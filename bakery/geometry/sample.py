@@ -4,8 +4,10 @@ import cv2
 import numba
 import numpy as np
 
+from bakery.types import Fragments
 
-def interpolate(fragments, corners):
+
+def interpolate(fragments: Fragments, corners: np.ndarray) -> np.ndarray:
     """Blend per-face corner values over the picture.
 
     Args:
@@ -48,7 +50,7 @@ def interpolate_reference(fragments, corners):
     return out
 
 
-def bilinear(image, points):
+def bilinear(image: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Sample at pixels between centres; outside, the border is repeated.
 
     Args:

@@ -2,9 +2,11 @@
 
 import hashlib
 import json
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property, wraps
+from functools import cached_property, update_wrapper
 from threading import RLock
+from typing import Generic, TypeVar
 from weakref import finalize
 
 import numpy as np
@@ -42,6 +44,9 @@ EYES = ("left", "right")  # order of every per-eye array: the subject's left fir
 GAZE_YAW, GAZE_PITCH = 30.0, 25.0
 
 
+Made = TypeVar("Made")
+
+
 @dataclass(frozen=True)
 class HeadModel:
     """A linear 3D morphable head: one topology, one atlas, 52 expressions, any number of modes."""
@@ -60,19 +65,19 @@ class HeadModel:
     landmark_faces: np.ndarray  # [L] int32: the face each landmark lies on
     landmark_barycentric: np.ndarray  # [L, 3] float32 where on it
     # carrier or "cards" (lashes and tear line) -> [left, top, width, height] 0..1
-    uv_rectangles: dict = field(default_factory=dict)
+    uv_rectangles: dict[str, list[float]] = field(default_factory=dict)
     whole: "HeadModel | None" = None  # what a piece (`cut`) is of
     whole_vertices: np.ndarray | None = None  # [V] the piece's vertices among those of the whole
 
-    def part_faces(self, *names):
+    def part_faces(self, *names: str) -> np.ndarray:
         """Indices of the faces that belong to the named parts."""
         return np.flatnonzero(np.isin(self.face_part, [PARTS.index(name) for name in names]))
 
-    def part_vertices(self, *names):
+    def part_vertices(self, *names: str) -> np.ndarray:
         """Indices of the vertices that the named parts use."""
         return np.unique(self.faces[self.part_faces(*names)])
 
-    def cut(self, faces):
+    def cut(self, faces: np.ndarray) -> "HeadModel":
         """The piece of the head that some faces [F] make up, and those that landmarks lie on.
 
         Returns:
@@ -101,7 +106,7 @@ class HeadModel:
         )
 
     @cached_property
-    def digest(self):
+    def digest(self) -> str:
         """SHA-256 over every name and number of the head, for what is made from it.
 
         Each array goes in with its name, type and shape, so that no two heads read alike.
@@ -120,32 +125,41 @@ class HeadModel:
         return sha.hexdigest()
 
     @cached_property
-    def landmark_vertices(self):
+    def landmark_vertices(self) -> np.ndarray:
         """The three vertices [L, 3] around each landmark."""
-        return self.faces[self.landmark_faces]
+        corners: np.ndarray = self.faces[self.landmark_faces]
+        return corners
 
-    def landmarks(self, vertices):
+    def landmarks(self, vertices: np.ndarray) -> np.ndarray:
         """Landmark positions [L, 3] on a shape [V, 3]."""
-        return np.einsum("lkc,lk->lc", vertices[self.landmark_vertices], self.landmark_barycentric)
+        corners = vertices[self.landmark_vertices]
+        places: np.ndarray = np.einsum("lkc,lk->lc", corners, self.landmark_barycentric)
+        return places
 
-    def landmark_uv(self):
+    def landmark_uv(self) -> np.ndarray:
         """Where the landmarks lie in the atlas: [L, 2] 0..1."""
         corners = self.uv[self.uv_faces[self.landmark_faces]]
-        return np.einsum("lkc,lk->lc", corners, self.landmark_barycentric)
+        places: np.ndarray = np.einsum("lkc,lk->lc", corners, self.landmark_barycentric)
+        return places
 
-    def neutral(self, identity, offsets=None):
+    def neutral(self, identity: np.ndarray, offsets: np.ndarray | None = None) -> np.ndarray:
         """The neutral shape [V, 3] mm of identity [<= I], moved by offsets [V, 3] mm if given."""
         identity = np.asarray(identity, np.float32)
         shape = self.mean + np.tensordot(identity, self.identity_basis[: len(identity)], 1)
         return shape if offsets is None else shape + np.asarray(offsets, np.float32)
 
-    def eye_centers(self, neutral):
+    def eye_centers(self, neutral: np.ndarray) -> np.ndarray:
         """Centres [2, 3] of the eyeballs (left, right) of a neutral shape."""
         return np.stack(
             [neutral[self.follow == FOLLOW.index("eye_" + eye)].mean(0) for eye in EYES]
         )
 
-    def vertices(self, neutral, expression, gaze=None):
+    def vertices(
+        self,
+        neutral: np.ndarray,
+        expression: np.ndarray,
+        gaze: Sequence[float] | np.ndarray | None = None,
+    ) -> np.ndarray:
         """Deform a neutral shape.
 
         Args:
@@ -161,7 +175,7 @@ class HeadModel:
         expression = np.asarray(expression, np.float32)
         used = np.flatnonzero(expression)
         moved = np.tensordot(expression[used], self.expression_basis[used], 1)
-        out = neutral + moved.astype(neutral.dtype)
+        out: np.ndarray = neutral + moved.astype(neutral.dtype)
         pair = gaze_of(expression) if gaze is None else np.array([gaze, gaze], float)
         for eye, center, (yaw, pitch) in zip(EYES, self.eye_centers(neutral), pair):
             ball = self.follow == FOLLOW.index("eye_" + eye)
@@ -169,27 +183,27 @@ class HeadModel:
         return out
 
 
-def once_a_mean(make):
+class once_a_mean(Generic[Made]):
     """A function of a head that is computed once for all that share a mean, as long as it is alive.
 
     Heads that differ in their expressions alone do.
     """
-    lock, kept = RLock(), {}
 
-    @wraps(make)
-    def known(head):
-        with lock:
+    def __init__(self, make: Callable[[HeadModel], Made]) -> None:
+        self.make, self.lock = make, RLock()
+        self.kept: dict[int, Made] = {}
+        update_wrapper(self, make)
+
+    def __call__(self, head: HeadModel) -> Made:
+        with self.lock:
             key = id(head.mean)
-            if key not in kept:
-                kept[key] = make(head)
-                finalize(head.mean, kept.pop, key, None)
-            return kept[key]
-
-    known.kept = kept
-    return known
+            if key not in self.kept:
+                self.kept[key] = self.make(head)
+                finalize(head.mean, self.kept.pop, key, None)
+            return self.kept[key]
 
 
-def gaze_of(expression):
+def gaze_of(expression: np.ndarray) -> np.ndarray:
     """Gaze of both eyes [2 (left, right), 2 (yaw, pitch)] degrees that the eyeLook* weights mean."""
     weight = {name: expression[index] for name, index in EXPRESSION_INDEX.items()}
     out = np.zeros((2, 2))
@@ -200,7 +214,7 @@ def gaze_of(expression):
     return out
 
 
-def look(expression, gaze):
+def look(expression: np.ndarray, gaze: Sequence[float] | np.ndarray) -> np.ndarray:
     """Expression [E] with its eyeLook* weights set to gaze [2] degrees (yaw, pitch), clipped to 1."""
     out = np.array(expression, np.float32)
     yaw, pitch = gaze[0] / GAZE_YAW, gaze[1] / GAZE_PITCH
@@ -212,7 +226,7 @@ def look(expression, gaze):
     return out
 
 
-def weights(named):
+def weights(named: Mapping[str, float]) -> np.ndarray:
     """Expression array [E] from a mapping of ARKit names to weights."""
     out = np.zeros(len(EXPRESSIONS), np.float32)
     for name, value in named.items():

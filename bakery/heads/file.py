@@ -83,7 +83,7 @@ def find_head(name_or_path):
     raise no_such("no head model", name_or_path, names, "or give the path of a .npz")
 
 
-def load_head(name_or_path=DEFAULT):
+def load_head(name_or_path: str | Path = DEFAULT) -> HeadModel:
     """Read a head model and check it.
 
     Args:
@@ -204,7 +204,7 @@ def _from_arrays(arrays):
     )
 
 
-def save_head(path, head, threshold=2e-3):
+def save_head(path: str | Path, head: HeadModel, threshold: float = 2e-3) -> None:
     """Write a head model; the same head gives the same bytes.
 
     Args:

@@ -12,7 +12,7 @@ import numpy as np
 
 from bakery import landmarks as marks
 from bakery.geometry.mesh import closest_barycentric
-from bakery.heads.base import CARDS, FOLLOW, PARTS
+from bakery.heads.base import CARDS, FOLLOW, PARTS, HeadModel
 from bakery.types import EXPRESSION_INDEX
 
 RECTANGLE = "cards"
@@ -53,7 +53,7 @@ TEAR_BEHIND = 0.25  # mm that it begins behind the edge of the lid
 TEAR_SUNK = 1.0  # mm into the shut eye
 
 
-def with_lashes(head, neutral):
+def with_lashes(head: HeadModel, neutral: np.ndarray) -> tuple[HeadModel, np.ndarray]:
     """A head with lashes and tear lines on the lids of a neutral shape.
 
     Args:

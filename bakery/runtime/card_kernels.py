@@ -12,7 +12,7 @@ CLEAR = np.float32(1e-3)  # alpha below is not drawn: a quarter of a byte's step
 
 
 @jit
-def encode(value):
+def encode(value: np.float32) -> np.float32:
     """Scene-linear to sRGB, one number; see `geometry.color`."""
     value = min(max(value, np.float32(0)), np.float32(1))
     if value <= np.float32(0.0031308):
@@ -21,7 +21,7 @@ def encode(value):
 
 
 @jit
-def decode(value):
+def decode(value: np.float32) -> np.float32:
     """sRGB to scene-linear, one number."""
     if value <= np.float32(0.04045):
         return value / np.float32(12.92)
@@ -29,7 +29,18 @@ def decode(value):
 
 
 @jit
-def lay_cards(pixels, inverse, faces, corners, weights, texture, best, samples, box, out):
+def lay_cards(
+    pixels: np.ndarray,
+    inverse: np.ndarray,
+    faces: np.ndarray,
+    corners: np.ndarray,
+    weights: np.ndarray,
+    texture: np.ndarray,
+    best: np.ndarray,
+    samples: int,
+    box: tuple[int, int, int, int],
+    out: np.ndarray,
+) -> None:
     """Lay the cards together, in the order of their faces, where nothing is before them.
 
     Args:
@@ -103,7 +114,9 @@ def lay_cards(pixels, inverse, faces, corners, weights, texture, best, samples, 
 
 
 @jit
-def under(card, red, green, blue):
+def under(
+    card: np.ndarray, red: np.float32, green: np.float32, blue: np.float32
+) -> tuple[np.float32, np.float32, np.float32]:
     """A solid sample's colour, linear, as it is seen through cards [4]."""
     clear = card[3]
     return (
@@ -114,7 +127,7 @@ def under(card, red, green, blue):
 
 
 @jit
-def alone(card):
+def alone(card: np.ndarray) -> tuple[np.float32, np.float32, np.float32, np.float32]:
     """Cards [4] with nothing behind: colour multiplied by alpha, and alpha."""
     share = 1 - card[3]
     return (

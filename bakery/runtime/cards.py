@@ -13,14 +13,14 @@ from bakery.geometry import rotation
 from bakery.geometry.color import to_encoded, to_linear
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.sample import bilinear
-from bakery.heads.base import CARDS
-from bakery.types import EXPRESSION_INDEX
+from bakery.heads.base import CARDS, HeadModel
+from bakery.types import EXPRESSION_INDEX, Camera
 
 AS_PHOTOGRAPHED = 0.25  # of the cards shows where the photo's lashes do
 TURNED = (8.0, 32.0)  # degrees off the photo's view at which more begins to show, and all does
 
 
-def card_weights(camera, photo_camera, expression):
+def card_weights(camera: Camera, photo_camera: Camera, expression: np.ndarray) -> np.ndarray:
     """How much of the cards of the left and of the right eye shows: [2] float32, 0..1.
 
     From the photo's own view a share of them, until a bare lid takes the photographed one's place.
@@ -33,15 +33,27 @@ def card_weights(camera, photo_camera, expression):
     degrees = np.degrees(np.arccos(np.clip(toward[0] @ toward[1], -1, 1)))
     blink = np.array([expression[EXPRESSION_INDEX["eyeBlink" + eye]] for eye in ("Left", "Right")])
     gone = np.maximum(smoothstep(*TURNED, degrees), smoothstep(*SHUTS, blink))
-    return np.float32(AS_PHOTOGRAPHED + (1 - AS_PHOTOGRAPHED) * gone)
+    shown: np.ndarray = AS_PHOTOGRAPHED + (1 - AS_PHOTOGRAPHED) * gone
+    return shown.astype(np.float32)
 
 
-def card_sides(head, faces):
+def card_sides(head: HeadModel, faces: np.ndarray) -> np.ndarray:
     """Which eye's the cards are: [F], 0 for the left, 1 for the right."""
-    return (head.mean[head.faces[faces]].mean(1)[:, 0] < 0).astype(int)
+    middle: np.ndarray = head.mean[head.faces[faces]].mean(1)
+    return (middle[:, 0] < 0).astype(int)
 
 
-def lay_cards(color, alpha, known, depth, head, pixels, distance, layer, weights):
+def lay_cards(
+    color: np.ndarray,
+    alpha: np.ndarray,
+    known: np.ndarray,
+    depth: np.ndarray,
+    head: HeadModel,
+    pixels: np.ndarray,
+    distance: np.ndarray,
+    layer: np.ndarray,
+    weights: np.ndarray,
+) -> None:
     """Draw the cards of a head over a picture.
 
     Args:
@@ -72,7 +84,7 @@ def lay_cards(color, alpha, known, depth, head, pixels, distance, layer, weights
             _mix(color[box], alpha[box], known[box], seen, card)
 
 
-def _box(corners, size):
+def _box(corners: np.ndarray, size: tuple[int, int]) -> tuple[slice, slice] | None:
     """The pixels whose middles a face [3, 2] may cover, as slices; None if there are none."""
     low = np.maximum(np.ceil(corners.min(0) - 0.5).astype(int), 0)
     high = np.minimum(np.floor(corners.max(0) - 0.5).astype(int) + 1, size[::-1])
@@ -81,7 +93,9 @@ def _box(corners, size):
     return slice(low[1], high[1]), slice(low[0], high[0])
 
 
-def _weights(corners, inverse, box):
+def _weights(
+    corners: np.ndarray, inverse: np.ndarray, box: tuple[slice, slice]
+) -> tuple[np.ndarray, np.ndarray]:
     """Barycentric weights over depth [h, w, 3] at the pixels of a box, and where they are inside."""
     rows, columns = box
     x, y = np.arange(columns.start, columns.stop) + 0.5, np.arange(rows.start, rows.stop) + 0.5
@@ -93,10 +107,16 @@ def _weights(corners, inverse, box):
     a = ((bx - x) * (cy - y) - (cx - x) * (by - y)) / area
     b = ((cx - x) * (ay - y) - (ax - x) * (cy - y)) / area
     weights = np.stack([a, b, 1 - a - b], -1)
-    return weights * inverse, (weights >= 0).all(-1)
+    return weights * inverse, np.all(weights >= 0, axis=-1)
 
 
-def _mix(color, alpha, known, seen, card):
+def _mix(
+    color: np.ndarray,
+    alpha: np.ndarray,
+    known: np.ndarray,
+    seen: tuple[np.ndarray, ...],
+    card: np.ndarray,
+) -> None:
     """Lay card texels [n, 4] over the pixels `seen` of views into the picture."""
     share = np.clip(card[:, 3:], 0, 1)
     own = card[:, :3] / np.maximum(share, 1e-6)

@@ -1,14 +1,18 @@
 """A contact sheet on which a person can judge an avatar at a glance."""
 
+from collections.abc import Iterable, Iterator, Sequence
+
 import numpy as np
 
 from bakery.geometry.color import to_encoded
 from bakery.heads.base import look, weights
+from bakery.runtime.avatar import Avatar
 from bakery.runtime.framing import head_camera
 from bakery.runtime.overlay import caption
 from bakery.runtime.player import GRAY, Player
 from bakery.types import EXPRESSIONS
 
+Pose = tuple[np.ndarray, Sequence[float], float]  # weights [E], gaze [2] and yaw, degrees
 SMILE = {
     "mouthSmileLeft": 0.8, "mouthSmileRight": 0.8, "mouthUpperUpLeft": 0.3, "mouthUpperUpRight": 0.3,
     "cheekSquintLeft": 0.6, "cheekSquintRight": 0.6, "mouthLowerDownLeft": 0.25,
@@ -18,12 +22,12 @@ TALK = {"jawOpen": 0.45, "mouthFunnel": 0.25, "browInnerUp": 0.3}
 BLINK = {"eyeBlinkLeft": 1.0, "eyeBlinkRight": 1.0}
 
 
-def tiles(avatar):
+def tiles(avatar: Avatar) -> list[tuple[str, Pose]]:
     """The sheet's pictures: what each shows, and its (weights [E], gaze [2], yaw)."""
     textures = avatar.textures
     still = np.zeros(len(EXPRESSIONS), np.float32)
 
-    def aside(yaw, pitch):
+    def aside(yaw: float, pitch: float) -> tuple[str, Pose]:
         return f"gaze {yaw}, {pitch}", (look(still, (yaw, pitch)), (yaw, pitch), 0)
 
     return [
@@ -43,7 +47,7 @@ def tiles(avatar):
     ]
 
 
-def portraits(avatar, wanted, size):
+def portraits(avatar: Avatar, wanted: Iterable[Pose], size: int) -> Iterator[np.ndarray]:
     """Iterate over pictures of an avatar before grey: [size, size, 3] uint8 sRGB.
 
     Args:
@@ -57,7 +61,7 @@ def portraits(avatar, wanted, size):
         yield player.picture(work, camera, expression, np.array(gaze, float))
 
 
-def contact_sheet(avatar, size=320, columns=5):
+def contact_sheet(avatar: Avatar, size: int = 320, columns: int = 5) -> np.ndarray:
     """Neutral, turned, smiling, talking, blinking, looking aside, and the key expressions.
 
     Args:

@@ -61,5 +61,5 @@ def head_camera(
     low, high = np.transpose(edges)
     scale = size / (high - low).max()
     corner = (low + high) / 2 - size / 2 / scale
-    framed = cameras.crop(straight, *corner, size, size, scale)
+    framed = cameras.crop(straight, corner[0], corner[1], size, size, scale)
     return cameras.view(framed, yaw, pitch, center)

@@ -16,7 +16,7 @@ ROUNDING = 1e-9  # columns: a pixel on the edge of two faces must not be missed 
 
 
 @jit
-def deform(rest, basis, expression, out):
+def deform(rest: np.ndarray, basis: np.ndarray, expression: np.ndarray, out: np.ndarray) -> None:
     """rest [3 v] + expression [E] @ basis [E, 3 v], float32, into out [3 v]."""
     out[:] = rest
     for e in range(len(expression)):
@@ -28,7 +28,9 @@ def deform(rest, basis, expression, out):
 
 
 @jit
-def reach(pixels, inverse, samples, height, width):
+def reach(
+    pixels: np.ndarray, inverse: np.ndarray, samples: int, height: int, width: int
+) -> tuple[int, int, int, int]:
     """The box of a picture that the points in front of the camera span; see `rasterize`."""
     top, bottom, left, right = np.inf, -np.inf, np.inf, -np.inf
     for v in range(len(pixels)):
@@ -42,7 +44,14 @@ def reach(pixels, inverse, samples, height, width):
 
 
 @jit
-def rasterize(pixels, inverse, faces, samples, face_out, best):
+def rasterize(
+    pixels: np.ndarray,
+    inverse: np.ndarray,
+    faces: np.ndarray,
+    samples: int,
+    face_out: np.ndarray,
+    best: np.ndarray,
+) -> tuple[int, int, int, int]:
     """Nearest face under each pixel centre; `geometry.raster` with backs left out.
 
     Args:
@@ -105,7 +114,15 @@ def rasterize(pixels, inverse, faces, samples, face_out, best):
 
 
 @jit
-def needed_tiles(face, box, samples, tile_start, tile_list, seen, needed):
+def needed_tiles(
+    face: np.ndarray,
+    box: tuple[int, int, int, int],
+    samples: int,
+    tile_start: np.ndarray,
+    tile_list: np.ndarray,
+    seen: np.ndarray,
+    needed: np.ndarray,
+) -> None:
     """Mark the tiles that faces in sight touch.
 
     Args:
@@ -127,7 +144,19 @@ def needed_tiles(face, box, samples, tile_start, tile_list, seen, needed):
 
 
 @jit
-def blend_tiles(needed, textures, unit, masks, start, which, place, share, product, plain, out):
+def blend_tiles(
+    needed: np.ndarray,
+    textures: np.ndarray,
+    unit: np.float32,
+    masks: np.ndarray,
+    start: np.ndarray,
+    which: np.ndarray,
+    place: np.ndarray,
+    share: np.ndarray,
+    product: np.ndarray,
+    plain: np.ndarray,
+    out: np.ndarray,
+) -> None:
     """Equation 4 on the tiles in sight; see `blend.face_texture`.
 
     All that a tile needs lies together: without that, fetching masks and textures took twice as long
@@ -207,7 +236,16 @@ def blend_tiles(needed, textures, unit, masks, start, which, place, share, produ
 
 
 @jit
-def texture_planes(seen, pixels, inverse, faces, corners, kind, slides, planes):
+def texture_planes(
+    seen: np.ndarray,
+    pixels: np.ndarray,
+    inverse: np.ndarray,
+    faces: np.ndarray,
+    corners: np.ndarray,
+    kind: np.ndarray,
+    slides: np.ndarray,
+    planes: np.ndarray,
+) -> None:
     """What turns a sample's centre into a place on the texture: u/w, v/w and 1/w are planes.
 
     Args:
@@ -241,7 +279,9 @@ def texture_planes(seen, pixels, inverse, faces, corners, kind, slides, planes):
 
 
 @jit
-def place_on(row, column, f, planes, width, height):
+def place_on(
+    row: float, column: float, f: int | np.uint64, planes: np.ndarray, width: int, height: int
+) -> tuple[int, int, int, int, np.float32, np.float32]:
     """The texels around the place on its texture that a sample sees.
 
     Returns:
@@ -258,7 +298,15 @@ def place_on(row, column, f, planes, width, height):
 
 
 @jit
-def mark_texels(face, box, samples, kind, which, planes, marks):
+def mark_texels(
+    face: np.ndarray,
+    box: tuple[int, int, int, int],
+    samples: int,
+    kind: np.ndarray,
+    which: int,
+    planes: np.ndarray,
+    marks: np.ndarray,
+) -> int:
     """Mark the texels [h, w] of one carrier that are in sight; returns how many samples see it.
 
     The box need not be larger than the carrier.
@@ -278,7 +326,14 @@ def mark_texels(face, box, samples, kind, which, planes, marks):
 
 
 @jit
-def median_texels(marks, pictures, order, weights, values, out):
+def median_texels(
+    marks: np.ndarray,
+    pictures: np.ndarray,
+    order: np.ndarray,
+    weights: np.ndarray,
+    values: np.ndarray,
+    out: np.ndarray,
+) -> None:
     """Weighted median of the marked texels; see `mouth.weighted_median`.
 
     Args:

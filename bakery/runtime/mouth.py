@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from bakery.types import Textures
+
 NEAREST = 50
 # Share of the nearest mouth's distance by which another one may be farther and still have 1/e of its
 # weight. Wider company blurs teeth: on three smiles of london/train the lips scored 17.95 dB with a
@@ -9,7 +11,9 @@ NEAREST = 50
 COMPANY = 0.25
 
 
-def neighbours(database, landmarks, count=NEAREST):
+def neighbours(
+    database: np.ndarray, landmarks: np.ndarray, count: int = NEAREST
+) -> tuple[np.ndarray, np.ndarray]:
     """Nearest mouths by correlation of their landmarks, and their weights.
 
     Args:
@@ -29,7 +33,7 @@ def neighbours(database, landmarks, count=NEAREST):
     return order, weight / weight.sum()
 
 
-def weighted_median(pictures, weights):
+def weighted_median(pictures: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Per-pixel, per-channel weighted median.
 
     The median is the smallest value at which the weights of all values up to it reach half.
@@ -47,10 +51,11 @@ def weighted_median(pictures, weights):
     # Rounding may leave the last sum a hair under one; half is reached long before.
     first = (running >= 0.5 * running[-1]).argmax(0)
     rank = np.take_along_axis(order, first[None], 0)
-    return np.take_along_axis(pictures, rank, 0)[0]
+    middle: np.ndarray = np.take_along_axis(pictures, rank, 0)[0]
+    return middle
 
 
-def mouth_picture(textures, landmarks):
+def mouth_picture(textures: Textures, landmarks: np.ndarray) -> np.ndarray:
     """The mouth sheet [h, w, 3] float32 linear of a frame with lip landmarks [n, 2]."""
     index, weight = neighbours(textures.mouth_landmarks, landmarks)
     return weighted_median(textures.mouths[index], weight)

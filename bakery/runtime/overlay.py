@@ -18,8 +18,9 @@ from bakery.geometry.sample import interpolate
 from bakery.heads.base import HeadModel
 from bakery.stages.face_frame import cut
 from bakery.stages.segment import LABELS
-from bakery.types import Fit, Landmarks
+from bakery.types import Camera, Fit, Landmarks
 
+Color = tuple[int, int, int]  # sRGB
 SMALLEST, LARGEST = 1000, 2400  # pixels of the longer side of a photo that is drawn on
 PANEL = 800  # pixels a side of the pictures of a fit
 SHIFT = 4  # bits of a pixel's fraction, for OpenCV's drawing
@@ -60,8 +61,8 @@ def draw_faces(picture: np.ndarray, faces: Sequence[Landmarks]) -> np.ndarray:
     out, scale = _canvas(picture)
     line = max(2, round(max(out.shape) / 500))
     colors = np.zeros((478, 3), int)
-    for _, members, color in GROUPS:
-        colors[members] = color
+    for _, members, shade in GROUPS:
+        colors[members] = shade
     for face in faces:
         radius = max(1.0, scale * float(face.box[2:].max()) / 170)
         for point, color in zip(face.points * scale, colors):
@@ -106,13 +107,13 @@ def draw_fit(
     affine = np.column_stack([np.eye(2) * scale, -corner * scale])
     photo = cut(picture.astype(np.float32), affine, PANEL)
     photo = np.clip(photo + 0.5, 0, 255).astype(np.uint8)
-    camera = cameras.crop(fit.camera, *corner, PANEL, PANEL, scale)
+    camera = cameras.crop(fit.camera, corner[0], corner[1], PANEL, PANEL, scale)
 
     points = photo.copy()
     found, fitted = ((p - corner) * scale for p in (landmarks.points, fit.landmarks_projected))
     for one, other in zip(found, fitted):
         _dot(points, one, 4, DETECTED, 1)
-        cv2.line(points, *_fixed(one, other), FITTED, 1, cv2.LINE_AA, SHIFT)
+        cv2.line(points, _fixed(one), _fixed(other), FITTED, 1, cv2.LINE_AA, SHIFT)
         _dot(points, other, 1.7, FITTED)
     apart = np.linalg.norm(found - fitted, axis=1)[: marks.FACE].mean() / marks.face_size(found)
     points = caption(points, f"landmarks {apart:.2%} of the eyes' distance apart")
@@ -169,7 +170,7 @@ def caption(picture: np.ndarray, text: str) -> np.ndarray:
     return out
 
 
-def _letters(text, capitals):
+def _letters(text: str, capitals: float) -> tuple[float, tuple[int, float]]:
     """The font's scale for capitals of so many pixels; width and height of a text."""
     (_, unit), _ = cv2.getTextSize("H", FONT, 1.0, 1)
     scale = capitals / unit
@@ -177,11 +178,11 @@ def _letters(text, capitals):
     return scale, (across, capitals)
 
 
-def _stroke(scale):
+def _stroke(scale: float) -> int:
     return max(1, round(1.4 * scale))
 
 
-def _shaded(photo, head, vertices, camera):
+def _shaded(photo: np.ndarray, head: HeadModel, vertices: np.ndarray, camera: Camera) -> np.ndarray:
     """The head as clay over a photo that its camera sees, with its outline."""
     points = cameras.to_camera(vertices, camera)
     faces = head.faces[head.part_faces("skin", "eye_left", "eye_right")]
@@ -193,25 +194,27 @@ def _shaded(photo, head, vertices, camera):
     light = 0.25 + 0.75 * np.clip(normals @ [-0.35, 0.45, 0.82], 0, 1)
     inside = seen.face >= 0
     share = np.where(inside, 1 - SEE_THROUGH, 0)[..., None]
-    out = photo * (1 - share) + 255 * CLAY * light[..., None] * share
+    out: np.ndarray = photo * (1 - share) + 255 * CLAY * light[..., None] * share
     out = (out + 0.5).astype(np.uint8)
     edges, _ = cv2.findContours(inside.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     cv2.drawContours(out, edges, -1, FITTED, 2, cv2.LINE_AA)
     return out
 
 
-def _fixed(*points):
-    """Pixel positions as OpenCV draws them: whole numbers are centres, SHIFT bits of fraction."""
-    return [tuple(np.round((np.asarray(p) - 0.5) * 2**SHIFT).astype(int).tolist()) for p in points]
+def _fixed(point: np.ndarray) -> tuple[int, int]:
+    """A pixel position as OpenCV draws it: whole numbers are centres, SHIFT bits of fraction."""
+    across, down = np.round((point - 0.5) * 2**SHIFT).astype(int).tolist()
+    return across, down
 
 
-def _dot(picture, point, radius, color, line=-1):
-    (place,) = _fixed(point)
+def _dot(
+    picture: np.ndarray, point: np.ndarray, radius: float, color: Color | np.ndarray, line: int = -1
+) -> None:
     size = round(radius * 2**SHIFT)
-    cv2.circle(picture, place, size, tuple(map(int, color)), line, cv2.LINE_AA, SHIFT)
+    cv2.circle(picture, _fixed(point), size, tuple(map(int, color)), line, cv2.LINE_AA, SHIFT)
 
 
-def _canvas(picture):
+def _canvas(picture: np.ndarray) -> tuple[np.ndarray, float]:
     """A copy of a photo in a size that can be drawn on, and how much larger it is."""
     longer = max(picture.shape[:2])
     scale = np.clip(longer, SMALLEST, LARGEST) / longer
@@ -222,7 +225,7 @@ def _canvas(picture):
     return cv2.resize(picture, size, interpolation=kind), scale
 
 
-def _sign(picture, text, place, capitals):
+def _sign(picture: np.ndarray, text: str, place: Sequence[int], capitals: float) -> None:
     """Words on a dark ground that stand on `place`, or below it where the picture ends."""
     scale, (across, up) = _letters(text, capitals)
     pad = round(capitals * 0.6)
@@ -234,12 +237,12 @@ def _sign(picture, text, place, capitals):
     cv2.putText(picture, text, at, FONT, scale, WHITE, _stroke(scale), cv2.LINE_AA)
 
 
-def _legend(picture, entries):
+def _legend(picture: np.ndarray, entries: Sequence[tuple[str, Color]]) -> np.ndarray:
     """The picture with a dark strip below it: names [(text, colour)], each behind its colour."""
     capitals, width = max(picture.shape) / 75, picture.shape[1]
     gap = 2.4  # of the letters' height: a square of colour and the room around it
 
-    def places(capitals):
+    def places(capitals: float) -> tuple[list[float], float]:
         ends = np.cumsum([_letters(text, capitals)[1][0] + gap * capitals for text, _ in entries])
         return [capitals, *(ends[:-1] + capitals)], ends[-1] + capitals
 

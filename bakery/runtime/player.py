@@ -14,14 +14,17 @@ from bakery import landmarks as marks
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import to_encoded
-from bakery.heads.base import CARDS, EYES, FOLLOW, PARTS
+from bakery.heads.base import CARDS, EYES, FOLLOW, PARTS, HeadModel
 from bakery.runtime import card_kernels, kernels, shading
+from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import gaze_slide, lay_hair, nearest_gaze
 from bakery.runtime.cards import card_sides, card_weights
 from bakery.runtime.mouth import neighbours
 from bakery.runtime.render import SAMPLES, SHOWN, Frame, paintable
 from bakery.stages.texture.mouth import LIPS
+from bakery.types import Camera, Textures
 
+Felt = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]  # see `_felt`
 GRAY = 0.18  # linear, behind the head
 FAINT = 5e-4  # mask below which an expression is not felt in a square of texels
 # Share of all weight that the last mouths together may have and still be left out of the median.
@@ -51,7 +54,7 @@ class Workspace:
 class Player:
     """An avatar made ready to be drawn fast; threads may share it."""
 
-    def __init__(self, avatar, hair=True):
+    def __init__(self, avatar: Avatar, hair: bool = True) -> None:
         self.avatar = avatar
         head, textures = avatar.head, avatar.textures
         shown, cards = head.part_faces(*SHOWN), head.part_faces(*CARDS)
@@ -84,19 +87,21 @@ class Player:
             to_encoded(np.arange(LEVELS, dtype=np.float32) / (LEVELS - 1)) * 255 + 0.5
         ).astype(np.uint8)
 
-    def _prepare_lips(self, head, neutral):
+    def _prepare_lips(self, head: HeadModel, neutral: np.ndarray) -> None:
         """Lip landmarks as `texture_mouth.mouth_landmarks` gives them, linear in the weights."""
 
-        def on(values, points):  # [..., V, 3] -> [..., n, 3]
+        def on(values: np.ndarray, points: np.ndarray) -> np.ndarray:  # [..., V, 3] -> [..., n, 3]
             corner = values[..., head.landmark_vertices[points], :]
-            return np.einsum("...lkc,lk->...lc", corner, head.landmark_barycentric[points])
+            weights = head.landmark_barycentric[points]
+            places: np.ndarray = np.einsum("...lkc,lk->...lc", corner, weights)
+            return places
 
         ends, rest = on(neutral, marks.MOUTH_CORNERS), on(neutral, LIPS)
         scale = np.array([1, -1]) / np.linalg.norm(ends[0] - ends[1])
         self.lips_rest = (rest - rest.mean(0))[:, :2] * scale
         self.lips_basis = on(head.expression_basis, LIPS)[..., :2] * scale
 
-    def _prepare_faces(self, head, shown):
+    def _prepare_faces(self, head: HeadModel, shown: np.ndarray) -> None:
         """Where each face lies on its texture, and which squares of the skin it touches."""
         size = self.size
         sizes = {"mouth_sheet": self.mouths.shape[1::-1]}
@@ -124,7 +129,7 @@ class Player:
         self.tile_list = np.array([tile for tiles in lists for tile in tiles], np.int32)
         self.corners = self.corners.astype(np.float32)
 
-    def _prepare_cards(self, head, cards):
+    def _prepare_cards(self, head: HeadModel, cards: np.ndarray) -> None:
         """Their piece of the hair layer; bundles made before lashes were drawn have none there."""
         layer = self.avatar.textures.hair
         uv = head.uv[head.uv_faces[cards]].astype(np.float64) * layer.shape[0]  # [F, 3, 2]
@@ -139,7 +144,7 @@ class Player:
         self.card_vertices = np.unique(self.card_faces)
         self.card_sides = card_sides(head, cards)
 
-    def workspace(self, width, height):
+    def workspace(self, width: int, height: int) -> Workspace:
         """New buffers for pictures of this size."""
         fine, size = (height * SAMPLES, width * SAMPLES), self.size
         texels = np.ones((self.texels, 4), np.float32)
@@ -153,7 +158,7 @@ class Player:
             np.empty((height, width), np.float32),
         )  # fmt: skip
 
-    def vertices(self, expression, gaze):
+    def vertices(self, expression: np.ndarray, gaze: np.ndarray) -> np.ndarray:
         """The shown vertices [v, 3] mm, as `HeadModel.vertices` deforms them."""
         moved = np.empty_like(self.rest)
         kernels.deform(self.rest.ravel(), self.basis, expression, moved.reshape(-1))
@@ -162,7 +167,15 @@ class Player:
             moved[ball] = (self.rest[ball] - center) @ turn + center
         return moved
 
-    def draw_into(self, work, camera, expression, gaze, dynamic=True, known=True):
+    def draw_into(
+        self,
+        work: Workspace,
+        camera: Camera,
+        expression: np.ndarray,
+        gaze: np.ndarray,
+        dynamic: bool = True,
+        known: bool = True,
+    ) -> None:
         """Draw a frame into a workspace; see `render.draw`. `known` asks for `Frame.face` too."""
         expression = np.asarray(expression, np.float32)
         textures = self.avatar.textures
@@ -212,7 +225,7 @@ class Player:
             work.cards, over, work.color, work.alpha,
         )  # fmt: skip
 
-    def _mouth(self, seen, expression, out):
+    def _mouth(self, seen: np.ndarray, expression: np.ndarray, out: np.ndarray) -> None:
         lips = self.lips_rest + np.tensordot(expression, self.lips_basis, 1)
         order, weights = neighbours(self.avatar.textures.mouth_landmarks, lips.astype(np.float32))
         enough = 1 + int(np.searchsorted(np.cumsum(weights), 1 - TAIL))
@@ -220,13 +233,27 @@ class Player:
             seen, self.mouths, order[:enough], weights[:enough].astype(np.float32), COLORS, out
         )  # fmt: skip
 
-    def frame(self, work, camera, expression, gaze, dynamic=True):
+    def frame(
+        self,
+        work: Workspace,
+        camera: Camera,
+        expression: np.ndarray,
+        gaze: np.ndarray,
+        dynamic: bool = True,
+    ) -> Frame:
         """A `render.Frame`, with what the photo knows."""
         self.draw_into(work, camera, expression, gaze, dynamic)
         color = work.color.copy()
         return Frame(color[..., :3], work.alpha.copy(), color[..., 3])
 
-    def picture(self, work, camera, expression, gaze, dynamic=True):
+    def picture(
+        self,
+        work: Workspace,
+        camera: Camera,
+        expression: np.ndarray,
+        gaze: np.ndarray,
+        dynamic: bool = True,
+    ) -> np.ndarray:
         """The frame over plain grey: [H, W, 3] uint8 sRGB."""
         self.draw_into(work, camera, expression, gaze, dynamic, known=False)
         out = np.empty((*work.alpha.shape, 3), np.uint8)
@@ -234,13 +261,13 @@ class Player:
         return out
 
 
-def sortable(halves):
+def sortable(halves: np.ndarray) -> np.ndarray:
     """Half floats as uint16 that sort like them."""
     bits = np.ascontiguousarray(halves, np.float16).view(np.uint16)
     return np.where(bits & 0x8000, ~bits, bits | 0x8000)
 
 
-def _colors():
+def _colors() -> np.ndarray:
     numbers = np.arange(1 << 16, dtype=np.uint16)
     bits = np.where(numbers & 0x8000, numbers & 0x7FFF, ~numbers)
     return bits.view(np.float16).astype(np.float32)
@@ -249,14 +276,14 @@ def _colors():
 COLORS = _colors()  # [65536] float32: the half float of each number of `sortable`
 
 
-def _shrunk(picture, size):
+def _shrunk(picture: np.ndarray, size: int) -> np.ndarray:
     picture = np.asarray(picture, np.float32)
     if picture.shape[0] <= size:
         return picture
     return cv2.resize(picture, (size, size), interpolation=cv2.INTER_AREA)
 
 
-def _squares(textures, hair, size):
+def _squares(textures: Textures, hair: bool, size: int) -> tuple[np.ndarray, np.float32]:
     """T_0 and the keys, hair on them, cut into tiles.
 
     Returns:
@@ -278,7 +305,7 @@ def _squares(textures, hair, size):
     return out, np.float32(unit)
 
 
-def _felt(masks, size):
+def _felt(masks: np.ndarray, size: int) -> Felt:
     """The masks [E, m, m] cut into tiles with a border: what `kernels.blend_tiles` wants of them."""
     coarse, side = masks.shape[1], kernels.TILE
     middle = (np.arange(size) + 0.5) * (coarse / size) - 0.5

@@ -11,10 +11,12 @@ from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear, interpolate
 from bakery.heads.base import EYES, PARTS
+from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import face_texture, gaze_slide, lay_hair, nearest_gaze
 from bakery.runtime.cards import card_weights, lay_cards
 from bakery.runtime.mouth import mouth_picture
 from bakery.stages.texture.mouth import mouth_landmarks
+from bakery.types import Camera, Textures
 
 SAMPLES = 2  # per pixel and axis
 SHOWN = ("skin", "mouth_sheet", "eye_cap_left", "eye_cap_right")
@@ -29,7 +31,15 @@ class Frame:
     face: np.ndarray  # [H, W] float32: share that shows skin the photo knows, eyes or mouth
 
 
-def draw(avatar, vertices, camera, expression, gaze, dynamic=True, hair=True):
+def draw(
+    avatar: Avatar,
+    vertices: np.ndarray,
+    camera: Camera,
+    expression: np.ndarray,
+    gaze: np.ndarray,
+    dynamic: bool = True,
+    hair: bool = True,
+) -> Frame:
     """Draw a deformed avatar.
 
     Args:
@@ -101,19 +111,19 @@ def draw(avatar, vertices, camera, expression, gaze, dynamic=True, hair=True):
     return Frame(color, alpha, face)
 
 
-def paintable(textures):
+def paintable(textures: Textures) -> np.ndarray:
     """Where skin comes from the photo [T, T] float32: only there it may cover the photo again."""
     known = np.isin(textures.source, (1, 2)).astype(np.float32)
     size = known.shape[0]
     return smoothstep(0.35, 0.9, cv2.GaussianBlur(known, (0, 0), size / 170)).astype(np.float32)
 
 
-def over_gray(frame, gray=0.18):
+def over_gray(frame: Frame, gray: float = 0.18) -> np.ndarray:
     """The frame over a plain background: [H, W, 3] linear."""
     return frame.color + (1 - frame.alpha[..., None]) * gray
 
 
-def in_photo(avatar):
+def in_photo(avatar: Avatar) -> np.ndarray:
     """Where the vertices of the portrait's own face lie in the portrait: [V, 2] pixels."""
     fit = avatar.fit
     return cameras.project(
@@ -121,7 +131,7 @@ def in_photo(avatar):
     )
 
 
-def portrait_at(avatar, camera):
+def portrait_at(avatar: Avatar, camera: Camera) -> tuple[Avatar, np.ndarray]:
     """The portrait in another size.
 
     Args:
@@ -131,6 +141,8 @@ def portrait_at(avatar, camera):
     Returns:
         the avatar as `over_photo` wants it, and its photo [H, W, 3] float32 linear.
     """
+    if avatar.photo is None:
+        raise ValueError("portrait_at: the avatar has no photo; bake it with --keep-photo")
     # By the camera's own scale: in a picture of whole (for videos, even) pixels that were stretched to
     # fit, its far edge would lie up to a pixel beside the face.
     scale = camera.focal / avatar.fit.camera.focal
@@ -143,7 +155,13 @@ def portrait_at(avatar, camera):
     return portrait, to_linear(photo).astype(np.float32)
 
 
-def over_photo(avatar, frame, vertices, linear_photo, source=None):
+def over_photo(
+    avatar: Avatar,
+    frame: Frame,
+    vertices: np.ndarray,
+    linear_photo: np.ndarray,
+    source: np.ndarray | None = None,
+) -> np.ndarray:
     """The frame over the portrait itself: [H, W, 3] linear.
 
     What lies around the face (hair, ears, neck) is taken from the photo, pulled along with the
@@ -174,4 +192,5 @@ def over_photo(avatar, frame, vertices, linear_photo, source=None):
     around = bilinear(linear_photo, here + flow)
     share = np.minimum(frame.alpha, frame.face)[..., None]
     own = frame.color / np.maximum(frame.alpha, 1e-3)[..., None]
-    return own * share + around * (1 - share)
+    picture: np.ndarray = own * share + around * (1 - share)
+    return picture

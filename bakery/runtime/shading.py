@@ -8,8 +8,8 @@ from bakery.runtime.kernels import jit, place_on
 
 @jit
 def shade(
-    face, box, samples, kind, planes, texels, places, whole, cards, over, out, alpha
-):  # fmt: skip
+    face: np.ndarray, box: tuple[int, int, int, int], samples: int, kind: np.ndarray, planes: np.ndarray, texels: np.ndarray, places: np.ndarray, whole: bool, cards: np.ndarray, over: tuple[int, int, int, int], out: np.ndarray, alpha: np.ndarray
+) -> None:  # fmt: skip
     """Colour the picture from what each of its samples sees, and average them.
 
     Args:
@@ -73,7 +73,9 @@ def shade(
 
 
 @jit
-def encode_over(color, alpha, gray, table, out):
+def encode_over(
+    color: np.ndarray, alpha: np.ndarray, gray: np.float32, table: np.ndarray, out: np.ndarray
+) -> None:
     """Linear colour over plain grey as sRGB bytes.
 
     Args:

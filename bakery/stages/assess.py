@@ -1,5 +1,6 @@
 """What may spoil an avatar, measured in the portrait."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -9,8 +10,8 @@ from bakery import landmarks as marks
 from bakery.geometry import rotation
 from bakery.geometry.color import LUMA, to_linear
 from bakery.settings import Settings, setting
-from bakery.stages.segment import EYES, GLASSES, HIDDEN, SKIN, occlusion
-from bakery.types import EXPRESSION_INDEX
+from bakery.stages.segment import EYES, GLASSES, HIDDEN, SKIN, Segmentation, occlusion
+from bakery.types import EXPRESSION_INDEX, Fit, Landmarks, Photo
 
 FACE = 256  # pixels that the face is scaled to, so that measures do not depend on its size
 SIDES = {  # eye: outer corner, inner corner, two points of the upper lid and two of the lower
@@ -92,7 +93,14 @@ class Finding:
     limit: float
 
 
-def assess(photo, landmarks, fit, segmentation, limits=Limits(), seen=()):
+def assess(
+    photo: Photo,
+    landmarks: Landmarks,
+    fit: Fit,
+    segmentation: Segmentation,
+    limits: Limits = Limits(),
+    seen: Sequence[Landmarks] = (),
+) -> list[Finding]:
     """Measure what may spoil an avatar.
 
     Args:
@@ -139,7 +147,13 @@ def assess(photo, landmarks, fit, segmentation, limits=Limits(), seen=()):
     return [finding for finding in found if finding.code not in explained]
 
 
-def measure(photo, landmarks, fit, segmentation, seen=()):
+def measure(
+    photo: Photo,
+    landmarks: Landmarks,
+    fit: Fit,
+    segmentation: Segmentation,
+    seen: Sequence[Landmarks] = (),
+) -> dict[str, float]:
     """The numbers behind the warnings, by the names of `Limits`."""
     forward = rotation.matrix(fit.camera.rotation)[:, 2]
     hidden = occlusion(segmentation, landmarks.points)

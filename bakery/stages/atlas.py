@@ -1,17 +1,20 @@
 """The texture atlas of a head at one resolution: which surface point each texel shows."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 from bakery.geometry.camera import project_camera, to_camera
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
-from bakery.heads.base import CARRIERS, PARTS
+from bakery.heads.base import CARRIERS, PARTS, HeadModel
+from bakery.types import Camera
 
 GUTTER = 6  # texels that charts grow into the space between them, at any resolution
 
@@ -27,7 +30,7 @@ class Atlas:
     corners: np.ndarray  # [N, 3] int32, vertices of the face
     part: np.ndarray  # [N] uint8 into PARTS
 
-    def at(self, values):
+    def at(self, values: ArrayLike) -> np.ndarray:
         """Per-vertex values [V, C] at the texels: [N, C] float32."""
         weights = self.barycentric
         values = np.asarray(values, np.float32)
@@ -37,7 +40,7 @@ class Atlas:
             + values[self.corners[:, 2]] * weights[:, 2:]
         )
 
-    def take(self, *parts):
+    def take(self, *parts: str) -> "Atlas":
         """The atlas of the named parts alone."""
         rows = self.rows(*parts)
         return Atlas(
@@ -45,19 +48,19 @@ class Atlas:
             self.corners[rows], self.part[rows],
         )  # fmt: skip
 
-    def paint(self, values, background=0):
+    def paint(self, values: ArrayLike, background: float = 0) -> np.ndarray:
         """Texel values [N, ...] as a picture [T, T, ...]."""
         values = np.asarray(values)
         out = np.full((self.size * self.size,) + values.shape[1:], background, values.dtype)
         out[self.index] = values
         return out.reshape((self.size, self.size) + values.shape[1:])
 
-    def rows(self, *parts):
+    def rows(self, *parts: str) -> np.ndarray:
         """Boolean [N]: texels of the named parts."""
         return np.isin(self.part, [PARTS.index(part) for part in parts])
 
     @cached_property
-    def _nearest(self):
+    def _nearest(self) -> tuple[np.ndarray, np.ndarray]:
         """Flat number of the nearest texel on a face, for every texel within the gutter."""
         empty = np.ones(self.size * self.size, np.uint8)
         empty[self.index] = 0
@@ -72,7 +75,7 @@ class Atlas:
         wanted = np.flatnonzero((distance.ravel() > 0) & (distance.ravel() <= GUTTER))
         return wanted, of_label[label.ravel()[wanted]]
 
-    def fill_gutter(self, texture):
+    def fill_gutter(self, texture: np.ndarray) -> np.ndarray:
         """Grow the charts of a texture [T, T, ...] by GUTTER texels, so that filters find colour."""
         wanted, source = self._nearest
         flat = texture.reshape((-1,) + texture.shape[2:]).copy()
@@ -80,7 +83,7 @@ class Atlas:
         return flat.reshape(texture.shape)
 
 
-def make_atlas(head, size):
+def make_atlas(head: HeadModel, size: int) -> Atlas:
     """Rasterise the uv layout of a head at `size` texels a side (carriers left out)."""
     keep = np.flatnonzero(~np.isin(head.face_part, [PARTS.index(name) for name in CARRIERS]))
     fragments = rasterize(head.uv * size, None, head.uv_faces[keep], (size, size))
@@ -94,14 +97,20 @@ def make_atlas(head, size):
 class View:
     """A shape seen by a camera: what unwrapping needs of it."""
 
-    camera: object
+    camera: Camera
     points: np.ndarray  # [V, 3] camera space
     normals: np.ndarray  # [V, 3] camera space, unit
     nearest: np.ndarray  # [H, W] float32 mm, z-buffer
     edge: np.ndarray  # [H, W] float32 0..1: 0 on and near silhouettes, 1 away from them
 
 
-def make_view(vertices, head, camera, edge=2.5, hidden=CARRIERS):
+def make_view(
+    vertices: np.ndarray,
+    head: HeadModel,
+    camera: Camera,
+    edge: float = 2.5,
+    hidden: Sequence[str] = CARRIERS,
+) -> View:
     """Prepare a shape [V, 3] (head space) for `unwrap` through `camera`.
 
     Args:
@@ -137,13 +146,13 @@ class Sight:
     cosine: np.ndarray  # [N] between normal and line of sight
     visible: np.ndarray  # [N] float32 0..1: not hidden, not at a silhouette
 
-    def weight(self, grazing=80.0, full=50.0):
+    def weight(self, grazing: float = 80.0, full: float = 50.0) -> np.ndarray:
         """How well a texel is seen [N] float32: 0 from `grazing` degrees on, 1 up to `full`."""
         facing = smoothstep(np.cos(np.radians(grazing)), np.cos(np.radians(full)), self.cosine)
         return (facing * self.visible).astype(np.float32)
 
 
-def see(atlas, view, tolerance=2.0):
+def see(atlas: Atlas, view: View, tolerance: float = 2.0) -> Sight:
     """Look at every texel of an atlas through a View: Sight.
 
     Args:
@@ -163,7 +172,7 @@ def see(atlas, view, tolerance=2.0):
     return Sight(pixels, cosine, seen * bilinear(view.edge, pixels))
 
 
-def soften(weight, inside, blur=1 / 400):
+def soften(weight: np.ndarray, inside: np.ndarray, blur: float = 1 / 400) -> np.ndarray:
     """Shrink and blur a weight [T, T] in the atlas so that no binary edge shows, keeping charts.
 
     Args:
@@ -177,7 +186,7 @@ def soften(weight, inside, blur=1 / 400):
     return np.clip(np.minimum(blurred / np.maximum(mass, 1e-3), smallest * 1.5), 0, 1) * inside
 
 
-def uv_polygon(head, ring, scale, size):
+def uv_polygon(head: HeadModel, ring: np.ndarray, scale: float, size: int) -> np.ndarray:
     """1 inside a ring of landmarks in the atlas [T, T] float32, scaled about its middle."""
     places = head.landmark_uv()[ring] * size
     places = places.mean(0) + scale * (places - places.mean(0))

@@ -1,5 +1,7 @@
 """Draw one target of a subject for the generator (paGAN section 4)."""
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 
@@ -9,8 +11,8 @@ from bakery.geometry.fill import smoothstep
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear, interpolate
-from bakery.heads.base import INTERIOR, PARTS
-from bakery.types import Conditions
+from bakery.heads.base import INTERIOR, PARTS, HeadModel
+from bakery.types import Camera, Conditions, Fit
 
 SIZE = 512  # pixels of the generator's picture
 FACE_SHARE = 0.78  # forehead to chin over the picture's side, as the measurements cut it
@@ -19,7 +21,15 @@ IRIS = 5.85  # mm, radius of a mean iris
 FINER = 1.5  # times the pixels of a picture a side, drawn and then shrunk: or edges and pores alias
 
 
-def face_camera(fit, head, neutral, yaw=0.0, pitch=0.0, size=SIZE, share=FACE_SHARE):
+def face_camera(
+    fit: Fit,
+    head: HeadModel,
+    neutral: np.ndarray,
+    yaw: float = 0.0,
+    pitch: float = 0.0,
+    size: int = SIZE,
+    share: float = FACE_SHARE,
+) -> Camera:
     """The camera of the generator's picture: the photo's lens and distance, head upright, centred.
 
     Args:
@@ -37,18 +47,26 @@ def face_camera(fit, head, neutral, yaw=0.0, pitch=0.0, size=SIZE, share=FACE_SH
     return cameras.view(framed, yaw, pitch, pivot)
 
 
-def finer(camera):
+def finer(camera: Camera) -> Camera:
     """The camera that a picture is drawn with before it is `shrunk`."""
     width, height = (round(FINER * side) for side in (camera.width, camera.height))
     return cameras.crop(camera, 0, 0, width, height, FINER)
 
 
-def shrunk(picture, camera):
+def shrunk(picture: np.ndarray, camera: Camera) -> np.ndarray:
     """A picture [h, w(, C)] seen by `finer(camera)` in the pixels of the camera: [H, W(, C)]."""
     return cv2.resize(picture, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
 
 
-def condition(head, neutral, texture, expression, gaze, camera, parts=DRAWN):
+def condition(
+    head: HeadModel,
+    neutral: np.ndarray,
+    texture: np.ndarray,
+    expression: np.ndarray,
+    gaze: Sequence[float] | np.ndarray,
+    camera: Camera,
+    parts: Sequence[str] = DRAWN,
+) -> Conditions:
     """Draw a target.
 
     Args:

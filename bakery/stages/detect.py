@@ -6,11 +6,14 @@ import cv2
 import numpy as np
 
 from bakery.detectors import network
+from bakery.detectors.base import Detector
+from bakery.detectors.network import NetworkDetector
+from bakery.types import Landmarks
 
 SMALLEST_FACE = 96  # pixels, longer side of the box; smaller ones have too little to bake
 
 
-def detect_faces(encoded_image, detector=None):
+def detect_faces(encoded_image: np.ndarray, detector: Detector | None = None) -> list[Landmarks]:
     """Find all faces of a photo.
 
     Args:
@@ -34,11 +37,11 @@ def detect_faces(encoded_image, detector=None):
     return sorted(faces, key=lambda face: -float(face.box[2] * face.box[3]))
 
 
-def face_size(landmarks):
+def face_size(landmarks: Landmarks) -> float:
     """Longer side of a face's box, pixels; see `SMALLEST_FACE`."""
     return float(landmarks.box[2:].max())
 
 
 @cache
-def _own_network():
+def _own_network() -> NetworkDetector:
     return network.load()

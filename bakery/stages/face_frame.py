@@ -4,10 +4,12 @@ import cv2
 import numpy as np
 
 from bakery.geometry import camera as cameras
+from bakery.heads.base import HeadModel
 from bakery.stages.condition import FACE_SHARE, SIZE, condition
+from bakery.types import Camera, Fit
 
 
-def face_frame(fit, points, size=SIZE):
+def face_frame(fit: Fit, points: np.ndarray, size: int = SIZE) -> tuple[Camera, np.ndarray]:
     """The camera of a photo's fit cut to the face.
 
     Args:
@@ -20,11 +22,11 @@ def face_frame(fit, points, size=SIZE):
     low, high = points.min(0), points.max(0)
     scale = FACE_SHARE * size / (high[1] - low[1])
     corner = (low + high) / 2 - size / 2 / scale
-    camera = cameras.crop(fit.camera, *corner, size, size, scale)
+    camera = cameras.crop(fit.camera, corner[0], corner[1], size, size, scale)
     return camera, np.column_stack([np.eye(2) * scale, -corner * scale])
 
 
-def cut(picture, affine, size=SIZE):
+def cut(picture: np.ndarray, affine: np.ndarray, size: int = SIZE) -> np.ndarray:
     """A picture [H, W(, C)] float32 resampled by an affine of pixel positions; black outside."""
     matrix = affine.copy()
     matrix[:, 2] += 0.5 * matrix[:, :2].sum(1) - 0.5  # pixel centres lie at +0.5
@@ -34,7 +36,14 @@ def cut(picture, affine, size=SIZE):
     return cv2.warpAffine(picture, matrix, (size, size), flags=cv2.INTER_LINEAR)
 
 
-def head_photo(encoded, points, fit, head, neutral, size=SIZE):
+def head_photo(
+    encoded: np.ndarray,
+    points: np.ndarray,
+    fit: Fit,
+    head: HeadModel,
+    neutral: np.ndarray,
+    size: int = SIZE,
+) -> np.ndarray:
     """The photo cut to the face, black where the fitted head is not: [S, S, 3] uint8 sRGB.
 
     Args:

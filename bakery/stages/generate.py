@@ -2,9 +2,13 @@
 
 from bakery.check import check_array
 from bakery.errors import ModelError
+from bakery.generators.base import Generator, Subject
+from bakery.types import Conditions, Generated
 
 
-def generate(generator, subject, conditions, interior_only=False):
+def generate(
+    generator: Generator, subject: Subject, conditions: Conditions, interior_only: bool = False
+) -> Generated:
     """Paint one target of a subject.
 
     Args:

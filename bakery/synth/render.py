@@ -9,7 +9,7 @@ from bakery.geometry import rotation
 from bakery.geometry.camera import crop, project, project_camera, to_camera
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
-from bakery.heads.base import EYES, INTERIOR, PARTS
+from bakery.heads.base import EYES, INTERIOR, PARTS, HeadModel
 from bakery.synth import facial, film, garment, skin
 from bakery.synth.chart import chart_of
 from bakery.synth.eyes import shade_eye
@@ -17,9 +17,11 @@ from bakery.synth.hair import grow_scalp, hair_color
 from bakery.synth.light import ShadowMap, disc_directions, shine_on, transfer
 from bakery.synth.mouth import PARTS_INSIDE, opening, shade_inside
 from bakery.synth.roots import scalp_mask
+from bakery.synth.scene import Scene
 from bakery.synth.strands import Strands, Volume, draw_strands, shade_strands
+from bakery.synth.subject import Subject
 from bakery.synth.surface import bend, diffuse, highlights, scatter
-from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
+from bakery.types import EXPRESSION_INDEX, EXPRESSIONS, Camera
 
 CLOTH = len(PARTS)  # part number of clothes in the merged mesh
 PROP = CLOTH + 1  # the first thing that the subject holds or wears; more follow
@@ -30,7 +32,7 @@ class Picture:
     """A painted picture and the truth about it."""
 
     encoded: np.ndarray  # [H, W, 3] float32 sRGB-encoded 0..1
-    camera: object  # Camera
+    camera: Camera
     identity: np.ndarray  # [I]
     expression: np.ndarray  # [E]
     gaze: np.ndarray  # [2] degrees
@@ -44,8 +46,8 @@ class Picture:
 class Wardrobe:
     """What a subject keeps from picture to picture."""
 
-    subject: object
-    head: object
+    subject: Subject
+    head: HeadModel
     chart: object
     neutral: np.ndarray  # [V, 3] mm
     scalp: np.ndarray  # [H, W] hair density on the chart
@@ -55,7 +57,7 @@ class Wardrobe:
     props: tuple = ()  # of props.Prop
 
 
-def dress(head, subject, detail=4.0, share=1.0):
+def dress(head: HeadModel, subject: Subject, detail: float = 4.0, share: float = 1.0) -> Wardrobe:
     """Prepare a subject for painting.
 
     Args:
@@ -120,7 +122,7 @@ def _normals(vertices, faces, part):
     return out
 
 
-def paint(wardrobe, scene, supersample=2, quality=1.0):
+def paint(wardrobe: Wardrobe, scene: Scene, supersample: int = 2, quality: float = 1.0) -> Picture:
     """Paint one picture.
 
     Args:

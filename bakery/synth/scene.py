@@ -131,13 +131,13 @@ def random_expression(rng, neutral=0.35):
     return look(np.clip(out, 0, 1), gaze), gaze
 
 
-def neutral_scene(scene):
+def neutral_scene(scene: Scene) -> Scene:
     """The same picture of a resting face that looks straight ahead."""
     rest = np.zeros(len(EXPRESSIONS), np.float32)
     return replace(scene, expression=rest, gaze=np.zeros(2))
 
 
-def random_scene(rng, width, height, turn=1.0):
+def random_scene(rng: np.random.Generator, width: int, height: int, turn: float = 1.0) -> Scene:
     """Draw a scene for training: any light, view within about +-40 degrees, any expression."""
     expression, gaze = random_expression(rng)
     yaw = float(np.clip(rng.normal() * 16, -45, 45)) * turn

@@ -4,6 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from bakery.heads.base import HeadModel
+
 HAIR_STYLES = ("crop", "side_part", "thinning", "curly", "bob", "pulled_back", "bald")
 CLOTHES = ("crew", "collar", "turtleneck")
 
@@ -62,7 +64,7 @@ class Subject:
         return np.random.default_rng([self.seed, *purpose.encode()])
 
 
-def random_subject(rng, head, spread=0.7):
+def random_subject(rng: np.random.Generator, head: HeadModel, spread: float = 0.7) -> Subject:
     """Draw a person.
 
     Args:

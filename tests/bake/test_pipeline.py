@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from bakery.bake import pipeline
-from bakery.bake.estimate import estimate
 from bakery.bake.options import BuildOptions
 from bakery.bake.pipeline import Request, recipe
 from bakery.types import Camera, Fit, Landmarks, Maker
@@ -82,14 +81,6 @@ def test_new_weights_or_another_version_are_another_recipe(request_of, monkeypat
 
     monkeypatch.setattr(pipeline, "maker_of", maker)
     assert recipe(request_of) != before
-
-
-def test_estimates_grow_with_what_is_asked():
-    small = BuildOptions()
-    large = replace(small, texture=replace(small.texture, resolution=4096))
-    few = replace(small, texture=replace(small.texture, mouths=10))
-    assert estimate(few).seconds < estimate(large).seconds
-    assert estimate(small).gibibytes < estimate(large).gibibytes
 
 
 def test_a_maker_says_which_plug_in_made_something():

@@ -4,8 +4,8 @@ import logging
 
 import pytest
 
+from bakery.bake.estimate import plan
 from bakery.bake.options import BuildOptions
-from bakery.cli import options
 from bakery.cli import progress as bars
 from bakery.cli.progress import Progress, span
 
@@ -28,7 +28,7 @@ def bake(mouths=300):
 
 
 def test_a_bake_is_one_run(clock):
-    running, shares = Progress("a", options.bake_plan(BuildOptions()), None), []
+    running, shares = Progress("a", plan(BuildOptions()), None), []
     for step, done, total in bake():
         running.step, before = running.step, running.step
         running(step, done, total)
@@ -72,7 +72,7 @@ def test_two_counted_steps_share_the_bar(clock):
 
 def test_several_bakes_are_one_run(clock):
     lines, shares = [], []
-    running = Progress("", options.bake_plan(BuildOptions()), lines.append)
+    running = Progress("", plan(BuildOptions()), lines.append)
     for number in range(3):
         running.begin(f"{number}.avatar", number, 3)
         for step, done, total in bake():

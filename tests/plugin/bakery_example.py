@@ -5,6 +5,8 @@ runs bakery's conformance tests on it, and bakery with it.
 """
 
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import click
 import numpy as np
@@ -12,6 +14,9 @@ import numpy as np
 from bakery.detectors.network import load
 from bakery.heads.base import HeadModel
 from bakery.heads.file import load_head
+from bakery.runtime.avatar import Avatar
+from bakery.stages.atlas import Atlas, Sight
+from bakery.stages.texture.hair import Cover
 from bakery.types import Conditions, Generated, Landmarks
 
 
@@ -68,7 +73,9 @@ class RedHair:
     name = "red"
     sha256 = ""
 
-    def layer(self, linear, cover, head, atlas, sight):  # noqa: ANN001, ANN201
+    def layer(
+        self, linear: np.ndarray, cover: Cover, head: HeadModel, atlas: Atlas, sight: Sight
+    ) -> np.ndarray:
         """See bakery.hair.base.Hair."""
         from bakery.geometry.sample import bilinear
 
@@ -81,7 +88,7 @@ class PointsExporter:
 
     name, sha256, suffix, place = "points", "", ".obj", "exports/points.obj"
 
-    def export(self, avatar, target, size):  # noqa: ANN001, ANN201
+    def export(self, avatar: Avatar, target: Path, size: int) -> dict[str, Any]:
         """See bakery.exporters.base.Exporter."""
         lines = [f"v {x:.4f} {y:.4f} {z:.4f}" for x, y, z in avatar.neutral]
         target.write_text("\n".join(lines) + "\n")

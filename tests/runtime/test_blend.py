@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from bakery.errors import InputError
-from bakery.runtime.blend import nearest_gaze
+from bakery.runtime.blend import key_activation, nearest_gaze
 from bakery.runtime.mouth import neighbours, weighted_median
 from bakery.show.frame import recover
-from bakery.stages.mask import key_activation
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 E, K = 52, 3

@@ -9,7 +9,7 @@ from bakery import landmarks as marks
 from bakery.errors import FitError, UsageProblem
 from bakery.geometry import camera as cameras
 from bakery.geometry import harmonics, rotation
-from bakery.heads.base import look
+from bakery.heads.base import HeadModel, look
 from bakery.settings import Settings, setting
 from bakery.stages.fit.albedo import load_albedo
 from bakery.stages.fit.diagnostics import diagnose
@@ -18,7 +18,7 @@ from bakery.stages.fit.landmarks import LandmarkModel, Shape, Weights, fit_point
 from bakery.stages.fit.photometric import fit_photo
 from bakery.stages.fit.samples import choose_samples
 from bakery.stages.fit.warp import residual_offsets, unfolded_residual, warp_weights
-from bakery.types import EXPRESSIONS, Fit
+from bakery.types import EXPRESSIONS, Fit, Landmarks, Photo
 
 FILM_DIAGONAL = 43.27  # mm, of the 35 mm frame that EXIF focal lengths refer to
 NEAREST = 500.0  # mm, a portrait is seldom taken from closer; a tight crop would look so
@@ -53,7 +53,7 @@ class FitOptions(Settings):
     )
     warp: bool = setting(True, "end with the smooth warp onto the landmarks")
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         levels = {len(self.level_widths), len(self.level_steps), len(self.level_samples)}
         if len(levels) > 1:
@@ -68,7 +68,7 @@ def landmark_model(head, modes):
     return kept
 
 
-def prepare(head, options=FitOptions()):
+def prepare(head: HeadModel, options: FitOptions = FitOptions()) -> None:
     """Build what every fit of this head shares, so that the first is as fast as the next."""
     landmark_model(head, options.modes)
     warp_weights(head)
@@ -78,7 +78,7 @@ def prepare(head, options=FitOptions()):
             choose_samples(head, landmark_model(head, options.modes), basis, count)
 
 
-def focal_length(photo, size, options):
+def focal_length(photo: Photo, size: float, options: FitOptions) -> tuple[float, str]:
     """Focal length in pixels, and where it comes from: "exif" or "default".
 
     Landmarks alone cannot tell it: their error is flat from 1.3 to 6 image widths. The default
@@ -93,7 +93,13 @@ def focal_length(photo, size, options):
     return max(options.focal * max(width, height), NEAREST / EYE_CORNERS * size), "default"
 
 
-def fit(photo, landmarks, head, options=FitOptions(), skin=None):
+def fit(
+    photo: Photo,
+    landmarks: Landmarks,
+    head: HeadModel,
+    options: FitOptions = FitOptions(),
+    skin: np.ndarray | None = None,
+) -> Fit:
     """Fit the head model to one face of a photo.
 
     Args:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from bakery import landmarks as marks
-from bakery.heads.base import FOLLOW
+from bakery.heads.base import FOLLOW, HeadModel
 from bakery.types import EXPRESSION_INDEX
 
 # Upper and lower lid margins from the outer to the inner corner, column by column, left eye first.
@@ -26,7 +26,7 @@ GAIN = (0.5, 1.8)  # limits of what a column may be scaled by
 ROUNDS = 6  # of correction: after four no column changes its overlap by more than 0.5%
 
 
-def close_lids(head, neutral):
+def close_lids(head: HeadModel, neutral: np.ndarray) -> HeadModel:
     """The head with eyeBlinkLeft and eyeBlinkRight fitted to a neutral shape.
 
     Args:

@@ -7,6 +7,7 @@ import numpy as np
 
 from bakery import landmarks as marks
 from bakery.geometry import mesh
+from bakery.heads.base import HeadModel
 from bakery.types import EXPRESSION_INDEX
 
 REACH = 22.0  # mm, length scale of the displacement field; three of them away it is nearly gone
@@ -61,7 +62,9 @@ def smooth_residual(head, seen, confidence):
     return prior @ np.linalg.solve(prior + np.diag(noise), seen)
 
 
-def residual_offsets(head, residual, identity=None):
+def residual_offsets(
+    head: HeadModel, residual: np.ndarray, identity: np.ndarray | None = None
+) -> np.ndarray:
     """Displacement of every vertex that moves the landmarks of the neutral head by `residual`.
 
     Teeth, gums and tongue move rigidly, the upper ones with the base of the nose, the lower ones

@@ -24,8 +24,7 @@ LABELS = ("background", "skin", "hair", "clothes", "glasses", "eyes", "lips", "m
 BACKGROUND, SKIN, HAIR, CLOTHES, GLASSES, EYES, LIPS, MOUTH, HIDDEN = range(len(LABELS))
 
 TEXTURE_BINS = 16
-_SURE_SKIN = np.float32([[0], [1], [0], [0]])
-_SURE_HAIR = np.float32([[0], [0], [1], [0]])
+_SURE_SKIN, _SURE_HAIR = np.float32([[[0], [1], [0], [0]], [[0], [0], [1], [0]]])
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,9 @@ class SegmentOptions(Settings):
     feather: float = setting(0.025, "width over which the mask rises behind the rim", 0.001, 0.5)
 
 
-def segment(encoded, points, options=SegmentOptions()):
+def segment(
+    encoded: np.ndarray, points: np.ndarray, options: SegmentOptions = SegmentOptions()
+) -> Segmentation:
     """Label a portrait and find the skin that can be unwrapped.
 
     Args:

@@ -1,22 +1,27 @@
 """Gaze textures: both eye caps for each of the gaze directions (paGAN section 6)."""
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
+from bakery.generators.base import Subject
 from bakery.generators.eyes import look_up
 from bakery.generators.shade import EYES, is_part
 from bakery.geometry import camera as cameras
 from bakery.geometry.fill import diffuse
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import look
-from bakery.types import EXPRESSIONS
+from bakery.stages.texture.proxies import Carrier
+from bakery.types import EXPRESSIONS, Camera, Conditions, Generated
 
 SCALE = 2.0  # pixels of the eye strip per pixel of the generator's 512 picture
 RIM = np.ones((5, 5), np.uint8)  # pixels of the strip on both sides of the rim
 MARGIN = 48  # pixels of context around the eyes at that scale
 
 
-def strip_camera(subject, camera):
+def strip_camera(subject: Subject, camera: Camera) -> Camera:
     """Cut the two eyes out of the face camera, sides a multiple of 32."""
     centers = subject.head.eye_centers(subject.neutral)
     pixels = cameras.project(centers, camera)
@@ -26,10 +31,10 @@ def strip_camera(subject, camera):
     width = int(np.ceil((2 * half_width * SCALE + MARGIN) / 32) * 32)
     height = int(np.ceil((2 * half_height * SCALE + MARGIN) / 32) * 32)
     corner = middle - np.array([width, height]) / 2 / SCALE
-    return cameras.crop(camera, *corner, width, height, SCALE)
+    return cameras.crop(camera, corner[0], corner[1], width, height, SCALE)
 
 
-def with_own_gaze(directions, gaze):
+def with_own_gaze(directions: ArrayLike, gaze: np.ndarray) -> np.ndarray:
     """The directions [n, 2] with the nearest one moved to the photo's own gaze [2].
 
     So one texture shows the eyes just as they were photographed.
@@ -39,12 +44,14 @@ def with_own_gaze(directions, gaze):
     return out
 
 
-def gaze_expression(gaze):
+def gaze_expression(gaze: Sequence[float] | np.ndarray) -> np.ndarray:
     """The expression [E] that a gaze [2] degrees is painted with: lids follow the eyes."""
     return look(np.zeros(len(EXPRESSIONS), np.float32), gaze)
 
 
-def gaze_texture(picture, subject, caps):
+def gaze_texture(
+    picture: tuple[Conditions, Generated], subject: Subject, caps: Sequence[Carrier]
+) -> np.ndarray:
     """Both caps for one gaze: [h, 2 w, 3] float16 linear.
 
     The generator's picture is used where resting lids leave the eye open, so that it holds their

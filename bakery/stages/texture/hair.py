@@ -12,7 +12,7 @@ from bakery.geometry.sample import bilinear
 from bakery.heads.scalp import scalp
 from bakery.landmarks import CHIN, OVAL, face_size
 from bakery.stages.atlas import soften, uv_polygon
-from bakery.stages.segment import BACKGROUND, CLOTHES, GLASSES, HAIR, HIDDEN, SKIN
+from bakery.stages.segment import BACKGROUND, CLOTHES, GLASSES, HAIR, HIDDEN, SKIN, Segmentation
 
 HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
 SHOWN_STRIP = (0.18, 0.13)  # the layer shows none, all: wider, so that nothing gapes between both
@@ -39,7 +39,7 @@ class Cover:
     before: np.ndarray  # glasses, or what else hides the face
 
 
-def cover_of(encoded, segmentation, points):
+def cover_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarray) -> Cover:
     """Divide a photo into skin, hair and the strip between them.
 
     Along the hair lie its shadow and loose strands. Left in the skin they are a dark line along the

@@ -1,28 +1,35 @@
 """T_k: the textures of the key expressions, unwrapped from generated pictures (paGAN section 5)."""
 
+from collections.abc import Iterable, Sequence
+
 import cv2
 import numpy as np
 
+from bakery.generators.base import Subject
 from bakery.generators.shade import is_part
 from bakery.geometry.fill import diffuse
 from bakery.geometry.sample import bilinear
-from bakery.stages.atlas import make_atlas, make_view, see
+from bakery.heads.base import HeadModel
+from bakery.stages.atlas import Atlas, make_atlas, make_view, see
 from bakery.stages.condition import face_camera
+from bakery.types import Camera, Conditions, Fit, Generated
 
 RATIO_TEXELS = 512  # the change T_k / T_0 is no finer than the generator's picture
 
 
-def key_cameras(subject, fit, views):
+def key_cameras(subject: Subject, fit: Fit, views: Sequence[float]) -> list[Camera]:
     """The cameras [n] that a key expression is painted from, `views` in degrees of yaw."""
     return [face_camera(fit, subject.head, subject.neutral, yaw) for yaw in views]
 
 
-def ratio_atlas(head, resolution):
+def ratio_atlas(head: HeadModel, resolution: int) -> Atlas:
     """The atlas of the skin on which ratios are merged, for textures of so many texels a side."""
     return make_atlas(head, min(resolution, RATIO_TEXELS)).take("skin")
 
 
-def key_ratio(pictures, head, skin):
+def key_ratio(
+    pictures: Iterable[tuple[Conditions, Generated]], head: HeadModel, skin: Atlas
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The change T_k / T_0 of one key expression on the skin, merged from several views.
 
     Args:
@@ -53,7 +60,7 @@ def key_ratio(pictures, head, skin):
     return ratio, skin.paint(merged[:, 3:6]), skin.paint(merged[:, 6] * known)
 
 
-def sample_many(image, points):
+def sample_many(image: np.ndarray, points: np.ndarray) -> np.ndarray:
     """`bilinear` for more than four channels, which OpenCV's remap does not take."""
     return np.concatenate(
         [
@@ -64,7 +71,9 @@ def sample_many(image, points):
     )
 
 
-def key_texture(pictures, subject, skin):
+def key_texture(
+    pictures: Iterable[tuple[Conditions, Generated]], subject: Subject, skin: Atlas
+) -> np.ndarray:
     """T_k = T_0 x ratio of one key expression.
 
     Args:
@@ -74,7 +83,7 @@ def key_texture(pictures, subject, skin):
     Returns:
         [T, T, 3] float16 linear, of the size of the subject's neutral texture.
     """
-    layers = key_ratio(pictures, subject.head, skin)
+    layers: Sequence[np.ndarray] = key_ratio(pictures, subject.head, skin)
     resolution = subject.texture.shape[0]
     if resolution != skin.size:
         size = (resolution, resolution)

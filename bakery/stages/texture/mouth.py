@@ -8,22 +8,24 @@ import numpy as np
 
 from bakery import landmarks as marks
 from bakery.formats.targets import read_keys
+from bakery.generators.base import Subject
 from bakery.generators.interior import FRAME_SCALE
 from bakery.generators.shade import MOUTH, is_part
 from bakery.geometry import camera as cameras
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.sample import bilinear
-from bakery.heads.base import weights
+from bakery.heads.base import HeadModel, weights
 from bakery.preset import find
 from bakery.stages.condition import SIZE
-from bakery.types import EXPRESSIONS
+from bakery.stages.texture.proxies import Carrier
+from bakery.types import EXPRESSIONS, Camera, Conditions, Generated
 
 SCALE = 1.25  # pixels of the mouth crop per pixel of the generator's 512 picture
 REACH = 60.0  # mm around the mouth that the crops need
 LIPS = np.concatenate([marks.LIPS_OUTER, marks.LIPS_INNER])
 
 
-def mouth_landmarks(head, neutral, vertices):
+def mouth_landmarks(head: HeadModel, neutral: np.ndarray, vertices: np.ndarray) -> np.ndarray:
     """Lip landmarks [40, 2] of a shape: x right in the picture, y down, in mouth widths.
 
     They are fixed to the skull, centred on the neutral mouth: a pose is also where the lips stand
@@ -39,7 +41,7 @@ def mouth_landmarks(head, neutral, vertices):
     return ((moved - center)[:, :2] * [1, -1] / width).astype(np.float32)
 
 
-def cut(subject, reach=REACH):
+def cut(subject: Subject, reach: float = REACH) -> Subject:
     """The subject with the faces around the mouth only: poses deform several times faster."""
     head = subject.head
     lips = head.landmarks(subject.neutral)[LIPS].mean(0)
@@ -50,7 +52,7 @@ def cut(subject, reach=REACH):
     return replace(subject, head=small, neutral=subject.neutral[small.whole_vertices])
 
 
-def crop_camera(subject, camera):
+def crop_camera(subject: Subject, camera: Camera) -> Camera:
     """Cut the mouth, as far as it opens, out of the face camera.
 
     Over 300 poses of five people the lips reach 0.72 mouth widths to each side of its middle, 0.33 up
@@ -63,10 +65,14 @@ def crop_camera(subject, camera):
     zoom = cameras.pixels_per_mm(camera) / (FRAME_SCALE * SIZE)
     side = 32 * np.ceil(1.85 * width / zoom / 32) * zoom
     corner = lips.mean(0) + [0, 0.28 * width] - side / 2
-    return cameras.crop(camera, *corner, *[round(side * SCALE)] * 2, SCALE)
+    return cameras.crop(
+        camera, corner[0], corner[1], round(side * SCALE), round(side * SCALE), SCALE
+    )
 
 
-def mouth_texture(picture, subject, sheet, closed):
+def mouth_texture(
+    picture: tuple[Conditions, Generated], subject: Subject, sheet: Carrier, closed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """The mouth sheet in one pose, and where its lips stand.
 
     Args:
@@ -88,12 +94,12 @@ def mouth_texture(picture, subject, sheet, closed):
     return texture.astype(np.float16), landmarks
 
 
-def closed_mouth(subject, sheet):
+def closed_mouth(subject: Subject, sheet: Carrier) -> np.ndarray:
     """What a closed mouth shows: its dark lining, [h, w, 3] float32 linear."""
     return np.full(sheet.shape + (3,), _lining(subject), np.float32)
 
 
-def _lining(subject):
+def _lining(subject: Subject) -> np.ndarray:
     """Colour of the mouth's lining in the shade of closed lips."""
     head = subject.head
     uv = head.uv[head.uv_faces[head.part_faces("mouth_cavity")]].mean(1)

@@ -1,5 +1,6 @@
 """T_0: the neutral texture of one person, with eyes, lids and hair, from one fitted photo."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 
 import cv2
@@ -9,6 +10,7 @@ from bakery.generators.base import Subject
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import to_linear
+from bakery.heads.base import HeadModel
 from bakery.landmarks import FACE
 from bakery.stages.atlas import make_atlas, make_view, see
 from bakery.stages.condition import condition
@@ -19,6 +21,7 @@ from bakery.stages.texture.hair import Cover, hair_layer
 from bakery.stages.texture.interior import paint_interior
 from bakery.stages.texture.lashes import lay_lashes
 from bakery.stages.texture.lids import lid_skin
+from bakery.types import Fit, Landmarks, Photo
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,16 @@ class Prepared:
     hair: np.ndarray  # [T, T, 4] float32 linear, colour multiplied by alpha
 
 
-def prepare(photo, landmarks, fit, neutral, head, cover, resolution, hair=hair_layer):
+def prepare(
+    photo: Photo,
+    landmarks: Landmarks,
+    fit: Fit,
+    neutral: np.ndarray,
+    head: HeadModel,
+    cover: Cover,
+    resolution: int,
+    hair: Callable[..., np.ndarray] = hair_layer,
+) -> Prepared:
     """Complete T_0, the eyes and the hair of one person.
 
     Args:
@@ -102,7 +114,7 @@ def _cut_out(photo, cover, points, fit, head, vertices, resolution):
     high = np.minimum(np.ceil(pixels.max(0)) + 8, [photo.encoded.shape[1], photo.encoded.shape[0]])
     # A face takes about half of the atlas's side; 1.2 pixels a texel lose nothing when sampled.
     scale = min(1.0, 1.2 * 0.55 * resolution / max(np.ptp(face[:, 1]), 1))
-    x0, y0, x1, y1 = *low.astype(int), *high.astype(int)
+    (x0, y0), (x1, y1) = low.astype(int), high.astype(int)
 
     def shrink(part):
         # By the very scale of the camera: to whole pixels a side, the far end lies a pixel beside.

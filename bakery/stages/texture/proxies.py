@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from bakery.geometry.raster import rasterize
-from bakery.heads.base import EYES
+from bakery.heads.base import EYES, HeadModel
 
 
 @dataclass(frozen=True)
@@ -17,23 +18,23 @@ class Carrier:
     corners: np.ndarray  # [N, 3] vertices
     barycentric: np.ndarray  # [N, 3] float32
 
-    def at(self, values):
+    def at(self, values: ArrayLike) -> np.ndarray:
         """Per-vertex values [V, C] at the texels: [N, C]."""
         return np.einsum("nk,nkc->nc", self.barycentric, np.asarray(values)[self.corners])
 
-    def paint(self, values):
+    def paint(self, values: np.ndarray) -> np.ndarray:
         """Texel values [N, C] as a picture [h, w, C]; texels off the carrier are 0."""
         out = np.zeros((self.shape[0] * self.shape[1],) + values.shape[1:], np.float32)
         out[self.index] = values
         return out.reshape(self.shape + values.shape[1:])
 
     @property
-    def inside(self):
+    def inside(self) -> np.ndarray:
         """[h, w] float32: 1 on the carrier."""
         return self.paint(np.ones(len(self.index), np.float32))
 
 
-def make_carrier(head, name, size):
+def make_carrier(head: HeadModel, name: str, size: int) -> Carrier:
     """The carrier `name` at the resolution it has in an atlas of `size` texels a side."""
     left, top, width, height = head.uv_rectangles[name]
     shape = (max(round(height * size), 8), max(round(width * size), 8))
@@ -50,6 +51,6 @@ def make_carrier(head, name, size):
     )
 
 
-def eye_caps(head, size):
+def eye_caps(head: HeadModel, size: int) -> list[Carrier]:
     """Both eye caps, left first."""
     return [make_carrier(head, "eye_cap_" + eye, size) for eye in EYES]
