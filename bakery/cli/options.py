@@ -23,6 +23,7 @@ SETTINGS = {  # whose settings --set changes -> where its options dataclass is
     "closeups": "bakery.train.closeups:CloseupOptions",
     "identity": "bakery.train.identity:IdentityOptions",
     "pagan": "bakery.train.pagan:PaganOptions",
+    "segment-network": "bakery.train.segment:SegmentTraining",
 }
 
 photo = click.argument("photo", type=PATH)

@@ -16,7 +16,7 @@ CLASSES = (
 ) = range(len(CLASSES))  # fmt: skip
 UNSURE = 255  # label of a pixel that nobody knows the class of
 SIDE = 256  # pixels of the crop
-MARGIN = 2.4  # side of the crop over the face's size, see `frames.FaceFrame`
+MARGIN = 2.0  # side of the crop over the face's size, see `frames.FaceFrame`
 
 
 def crop_matrix(points: np.ndarray) -> np.ndarray:

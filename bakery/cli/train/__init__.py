@@ -8,6 +8,7 @@ import click
 from bakery.cli import options
 from bakery.cli.train.closeups import closeups
 from bakery.cli.train.identity import identity
+from bakery.cli.train.segment import portraits, segment, segment_export
 
 folder = click.Path(path_type=Path)
 
@@ -178,3 +179,6 @@ def export_pagan(runs, output, overwrite):
 
 train.add_command(closeups)
 train.add_command(identity)
+train.add_command(portraits)
+train.add_command(segment)
+train.add_command(segment_export)
