@@ -21,8 +21,8 @@ from bakery.synth.scene import Scene, portrait_camera, random_expression, studio
 from bakery.synth.subject import random_subject
 
 CANVAS = 384  # pixels painted, shrunk to portrait.SIDE
-BEARDED = 0.30  # share of a beard's hairs around a pixel from which it is beard
-HAIRY = 0.22  # share of scalp hair around a pixel from which the skin between counts as hair
+BEARDED = 0.12  # share of a beard's hairs around a pixel from which it is beard
+HAIRY = 0.13  # share of scalp hair around a pixel from which the skin between counts as hair
 HARD = 4.5  # degrees: shadows of a lamp of at most this radius count as hard
 SHADOW = (0.22, 0.38)  # share of the light that is blocked: below none, above shadow, else unsure
 
@@ -33,7 +33,8 @@ class PortraitOptions(Settings):
 
     scenes: int = setting(2, "pictures of each person", 1, 64)
     detail: float = setting(1.0, "pixels a mm of the skin's map", 0.5, 8)
-    share: float = setting(0.1, "of the full number of hairs", 0.01, 1)
+    share: float = setting(0.1, "of the full number of hairs on the scalp", 0.01, 1)
+    short: float = setting(0.25, "of the full number of brows, lashes and beard", 0.01, 1)
     quality: float = setting(0.3, "of the shadows", 0.1, 1)
     glasses: float = setting(0.35, "share of pictures with glasses", 0, 1)
     hats: float = setting(0.18, "share of pictures with a hat", 0, 1)
@@ -63,6 +64,7 @@ def random_portraits(head, seed, options: PortraitOptions = PortraitOptions()):
     rng = np.random.default_rng(seed)
     subject = _traits(rng, random_subject(rng, head, 0.8))
     wardrobe = dress(head, subject, options.detail, options.share)
+    wardrobe = replace(wardrobe, share=options.short)  # scalp hair is grown already
     for _ in range(options.scenes):
         scene = random_light_and_view(rng, options)
         yield _portrait(rng, wardrobe, scene, options)
@@ -198,6 +200,8 @@ def _glass(rng, linear, lens, exposure):
     if rng.random() < 0.4:
         tint = np.exp(-rng.uniform(0, 1.6) * rng.uniform(0.3, 1.0, 3))
     out = linear * (1 + (tint - 1) * lens[..., None])
+    edge = np.clip(lens - cv2.GaussianBlur(lens, (0, 0), 0.8), 0, 1)[..., None]
+    out = out * (1 + edge * rng.uniform(-1.2, 1.2))  # glass is seen from the side there
     if rng.random() < 0.6:
         size = linear.shape[0]
         pane = np.zeros(linear.shape[:2], np.float32)
@@ -220,7 +224,7 @@ def labels_of(masks: dict, lens=None) -> np.ndarray:
         masks: {name: [S, S] share}, those of `render.Picture.masks` and `.parts`.
         lens: [S, S] share of clear lenses, or None.
     """
-    near = {n: cv2.GaussianBlur(masks[n], (0, 0), 1.5) for n in ("beard", "hair")}
+    near = {n: cv2.GaussianBlur(masks[n], (0, 0), 2.2) for n in ("beard", "hair")}
     shares = np.zeros((len(portrait.CLASSES), *masks["skin"].shape), np.float32)
     nothing = np.zeros_like(masks["skin"])
     shares[portrait.BACKGROUND] = masks["background"]

@@ -44,6 +44,7 @@ class Rims:
     drop: float = 4.0  # of the lenses' middle below the eyes
     thick: float = 1.9  # half the thickness of a rim
     below: bool = True  # False: no rim below the lenses
+    around: bool = True  # False: no rim at all
 
 
 def tube(path, radius, around=20):
@@ -157,7 +158,8 @@ def glasses(head, neutral, lens=None, color=(0.012, 0.011, 0.010), rims=Rims()):
     for side, outline in outlines.items():
         count = len(outline)
         closed = np.concatenate([outline, outline[:2]])
-        parts.append(tube(closed if rims.below else outline[: count // 2 + 1], rims.thick, 10))
+        if rims.around:
+            parts.append(tube(closed if rims.below else outline[: count // 2 + 1], rims.thick, 10))
         middle = outline.mean(0, keepdims=True) + [0, 0, 2.5]
         fan = np.array([[k, (k + 1) % count, count] for k in range(count)])
         panes.append((np.concatenate([outline, middle]), fan))

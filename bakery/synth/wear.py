@@ -23,7 +23,7 @@ def random_color(rng) -> np.ndarray:
 
 
 def random_glasses(head, neutral, rng) -> tuple[list[Prop], Rims]:
-    """Glasses of any make: thin metal to thick plastic, round to square, rimmed all round or above."""
+    """Glasses of any make: thin metal to thick plastic, round to square, with or without rims."""
     metal = rng.random() < 0.5
     half = float(rng.uniform(21, 29))
     rims = Rims(
@@ -32,6 +32,7 @@ def random_glasses(head, neutral, rng) -> tuple[list[Prop], Rims]:
         drop=float(rng.uniform(1, 8)),
         thick=float(rng.uniform(0.45, 1.0) if metal else rng.uniform(1.0, 3.2)),
         below=bool(rng.random() < 0.8),
+        around=not (metal and rng.random() < 0.35),
     )
     if metal:
         color = rng.choice([[0.35, 0.24, 0.1], [0.4, 0.4, 0.4], [0.05, 0.05, 0.05]])
