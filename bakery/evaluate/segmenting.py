@@ -13,7 +13,6 @@ import numpy as np
 from bakery import landmarks as marks
 from bakery.detectors import portrait, segmenter
 from bakery.detectors.portrait import CLASSES, SIDE, UNSURE
-from bakery.formats.image import read_photo
 from bakery.formats.portraits import reference_points
 from bakery.stages import segment as rules
 from bakery.synth import portrait_shards
@@ -93,6 +92,14 @@ def _inside(plane, matrix):
     return cv2.warpAffine(full, matrix, (SIDE, SIDE), flags=cv2.INTER_NEAREST) > 0
 
 
+def _read(path):
+    """A photo [H, W, 3] uint8 sRGB."""
+    # Painted portraits are measured where the readers of photos are not installed.
+    from bakery.formats.image import read_photo
+
+    return np.round(read_photo(path).encoded * 255).astype(np.uint8)
+
+
 def photographed(congress: Path, network) -> Iterator[dict]:
     """The outline of each person of congress/val, and whether glasses are seen.
 
@@ -105,7 +112,7 @@ def photographed(congress: Path, network) -> Iterator[dict]:
         "glasses": area over the squared eye distance, "worn": by those who looked}.
     """
     for path, points in reference_points(congress, "val").items():
-        image = np.round(read_photo(path).encoded * 255).astype(np.uint8)
+        image = _read(path)
         shares, _, matrix = segmenter.segment(network, image, points)
         label = shares.argmax(0)
         cut = outline.find_outline(image, points)
@@ -136,7 +143,7 @@ def skin_lost(portraits: Path, network) -> Iterator[dict]:
         {"photo", "masked": share 0..1, "shadow": share called cast shadow}.
     """
     for path, points in reference_points(portraits, "london/train", "neutral").items():
-        image = np.round(read_photo(path).encoded * 255).astype(np.uint8)
+        image = _read(path)
         shares, cast, matrix = segmenter.segment(network, image, points)
         bare = rules.segment(np.float32(image) / 255, points).skin > 0.95
         placed = points @ matrix[:, :2].T + matrix[:, 2]

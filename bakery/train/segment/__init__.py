@@ -44,6 +44,7 @@ class SegmentTraining(Settings):
     mirror: float = setting(0.0, "weight of mirror images that should agree", 0, 100)
     things: float = setting(0.15, "share of pictures with a thing drawn before them", 0, 1)
     shadows: float = setting(0.2, "share of pictures with a shadow drawn over them", 0, 1)
+    clothes: float = setting(0.5, "share of painted pictures with other clothes", 0, 1)
     held: int = setting(64, "painted pictures kept for measuring", 1, 10**6)
     backdrops: int = setting(400, "procedural backgrounds", 1, 10**6)
     log_every: int = setting(100, "steps", 1, 10**7)
@@ -93,6 +94,7 @@ def train(
     stats = run / STATS
     spent = _last(stats).get("seconds", 0.0)
     pictures = Data(sources, options, device)
+    torch.backends.cudnn.benchmark = True  # all batches have one shape
     torch.manual_seed(options.seed)
     network, averaged = (SegmentNet().to(device, memory_format=torch.channels_last) for _ in "ab")
     averaged.load_state_dict(network.state_dict())
@@ -207,10 +209,11 @@ class Data:
             fields = zip(*(vars(part).values() for part in (some, photos)))
             some = bank.Pictures(*(torch.cat(pair) for pair in fields))
         batch = augment.cut(some, augment.backdrops_for(some, self.backdrops))
+        textures = augment.backdrops_for(some, self.backdrops)
+        whole = len(batch.image) - real  # real people keep their clothes
+        batch = augment.dressed(batch, textures, options.clothes, whole)
         batch = augment.mirrored(batch)
-        batch = augment.with_things(
-            batch, augment.backdrops_for(some, self.backdrops), options.things
-        )
+        batch = augment.with_things(batch, textures.flip(0), options.things)
         batch = augment.with_shadows(batch, options.shadows)
         return replace(batch, image=camera.photograph(batch.image))
 

@@ -224,3 +224,39 @@ def with_shadows(batch: Batch, share: float) -> Batch:
     )
     shaded = shaded.masked_fill(free, portrait.UNSURE)
     return replace(batch, image=out, shadow=torch.where(some, shaded, batch.shadow))
+
+
+def dressed(batch: Batch, textures: torch.Tensor, share: float, painted: int) -> Batch:
+    """Painted clothes as jackets over shirts and ties, of any colour and texture, in their own light.
+
+    Args:
+        textures: [B, 3, S, S] uint8.
+        share: of the painted pictures that change.
+        painted: how many these are; the rest of the batch stays.
+    """
+    image, points = batch.image, batch.points
+    count = len(image)
+    cloth = (batch.label == portrait.CLOTH)[:, None].float()
+    light = image.mean(1, keepdim=True)
+    mean = (light * cloth).sum((2, 3), keepdim=True) / (cloth.sum((2, 3), keepdim=True) + 1)
+    shade = (light / (mean + 0.03)).clamp(0.2, 2.2)
+    unit = (points[:, marks.LEFT_EYE_OUTER] - points[:, marks.RIGHT_EYE_OUTER]).norm(dim=-1)
+    axis = torch.arange(portrait.SIDE, device=image.device) + 0.5
+    x = ((axis - points[:, 152, :1]) / unit[:, None])[:, None, None, :]
+    y = ((axis - points[:, 152, 1:]) / unit[:, None])[:, None, :, None]
+    open_at = uniform(image, 0.4, 1.0, count, 1, 1, 1)
+    deep = uniform(image, 0.6, 3.0, count, 1, 1, 1) * chance(image, 0.7, count)
+    shirt = x.abs() < open_at * (1 - y / deep.clamp(min=0.01))
+    wide = uniform(image, 0.06, 0.2, count, 1, 1, 1) * chance(image, 0.6, count)
+    tie = shirt & (x.abs() < wide)
+    colors = uniform(image, 0.02, 1, 3, count, 3, 1, 1) ** 1.5
+    pattern = textures.float() / 255
+    strength = uniform(image, 0, 0.9, 3, count, 1, 1, 1) * (
+        torch.rand(3, count, 1, 1, 1, device=image.device) < 0.4
+    )
+    jacket, linen, silk = (c + (pattern - c) * s for c, s in zip(colors, strength))
+    linen = torch.where(chance(image, 0.4, count), linen * 0.2 + 0.75, linen)
+    look = torch.where(tie, silk, torch.where(shirt, linen, jacket)) * shade
+    on = cloth * chance(image, share, count)
+    on[painted:] = 0
+    return replace(batch, image=image + (look.clamp(0, 1) - image) * on)

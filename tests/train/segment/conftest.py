@@ -2,10 +2,20 @@
 
 import numpy as np
 import pytest
+import torch
 
 from bakery.heads.file import load_head
 from bakery.synth import portrait_shards
 from bakery.synth.portraits import PortraitOptions
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_thread():
+    """Networks this small gain nothing from threads, and lose much where other tests run beside."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)
 
 
 @pytest.fixture(scope="session")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import torch
-from safetensors.torch import load_file
+from safetensors.torch import load_file, save_file
 
 from bakery.detectors import portrait, segmenter
 from bakery.errors import InputError
@@ -68,6 +68,27 @@ def test_things_and_shadows_change_picture_and_truth_together(pictures):
     assert not (shaded.shadow == 1)[batch.label == portrait.BACKGROUND].any()
     untouched = augment.with_shadows(batch, 0.0)
     torch.testing.assert_close(untouched.image, batch.image)
+
+
+def test_only_the_clothes_of_painted_people_change(pictures):
+    torch.manual_seed(0)
+    batch = batch_of(pictures)
+    other = augment.dressed(batch, pictures.image, 1.0, 2)
+    changed = (other.image - batch.image).abs().amax(1) > 1e-6
+    assert not changed[2:].any() and changed[:2].any()
+    assert (batch.label[changed] == portrait.CLOTH).all()
+
+
+def test_steps_learn(pictures):
+    torch.manual_seed(0)
+    batch, weight = batch_of(pictures.rows(slice(0, 2))), losses.weights("cpu")
+    network, averaged = segmenter.SegmentNet(), segmenter.SegmentNet()
+    optimizer = torch.optim.AdamW(network.parameters(), lr=3e-3)
+    parts = [
+        segment._step(network, averaged, optimizer, batch, weight, SMALL, "cpu") for _ in range(6)
+    ]
+    assert parts[-1]["cross"] < 0.85 * parts[0]["cross"]
+    assert parts[-1]["person"] < parts[0]["person"]
 
 
 @pytest.mark.parametrize("change", ["colored", "blurred", "shrunk", "noisy", "blocky"])
@@ -152,6 +173,21 @@ def test_real_portraits_come_back_and_are_true_where_sure(painted, congress, tmp
         bare = np.isin(truth, (portrait.SKIN, portrait.THING))  # a hand looks like skin
         assert not skin.any() or bare[skin].mean() > 0.9
     assert right / (right + wrong) > 0.97
+
+
+def test_a_teacher_fills_only_what_nobody_knew(congress, tmp_path):
+    list(real.pack([(congress, "train", "", True)], tmp_path / "real.npz"))
+    network = segmenter.SegmentNet(folded=True)
+    torch.nn.init.zeros_(network.head.weight)
+    torch.nn.init.zeros_(network.head.bias)
+    network.head.bias.data[portrait.CLOTH] = 20.0  # sees cloth everywhere
+    save_file(network.state_dict(), tmp_path / "teacher.safetensors")
+    before = bank.photographed(tmp_path / "real.npz", "cpu")
+    after = bank.photographed(tmp_path / "real.npz", "cpu", tmp_path / "teacher.safetensors")
+    filled = after.label != before.label
+    assert filled.any() and (before.label[filled] == UNSURE).all()
+    assert (after.label[filled] == portrait.CLOTH).all()
+    assert (after.person[filled] == PERSON).all()  # cloth on the backdrop is not believed
 
 
 def test_other_files_are_refused(tmp_path):
