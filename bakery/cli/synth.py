@@ -75,6 +75,28 @@ def training(count, output, seed, head):
         click.echo(path)
 
 
+@synth.command("portraits", cls=options.Command, resumes=True)
+@click.option("-n", "--count", required=True, type=click.IntRange(1), help="Pictures.")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")
+@click.option(
+    "--seed", default=0, show_default=True, type=click.IntRange(0),
+    help="Person k depends on seed and k only.",
+)  # fmt: skip
+@click.option("--workers", default=1, show_default=True, type=click.IntRange(1), help="Processes.")
+@options.head
+def portraits(count, output, seed, workers, head):
+    """Paint portraits of which each pixel's class is known, for `bakery train segment`.
+
+    \b
+    bakery synth portraits -n 8000 --workers 16 -o runs/portraits
+    """
+    options.may_go_on(output)
+    from bakery.synth.portrait_shards import write
+
+    for path in write(head, output, count, seed, workers):
+        click.echo(path)
+
+
 @synth.command("pairs", cls=options.Command, resumes=True)
 @click.option("-n", "--count", required=True, type=click.IntRange(1), help="Pairs.")
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")

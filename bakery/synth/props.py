@@ -32,6 +32,19 @@ class Prop:
     rough: float = 0.6
     reflectance: float = 0.03  # facing it
     shown: bool = True  # False: only its shadow is
+    what: str = "thing"  # or "frame", "lens", "hat", "clothes"
+
+
+@dataclass(frozen=True)
+class Rims:
+    """The shape of glasses, mm."""
+
+    half: tuple[float, float] = (25.5, 19.5)  # width and height of a lens, halved
+    power: float = 0.72  # 1 is an oval, less is squarer
+    drop: float = 4.0  # of the lenses' middle below the eyes
+    thick: float = 1.9  # half the thickness of a rim
+    below: bool = True  # False: no rim below the lenses
+    around: bool = True  # False: no rim at all
 
 
 def tube(path, radius, around=20):
@@ -128,51 +141,58 @@ def hand(head, subject, neutral):
     return Prop(vertices, faces, color.astype(np.float32), 0.55, 0.026)
 
 
-def glasses(head, neutral, lens=None, color=(0.012, 0.011, 0.010)):
+def glasses(head, neutral, lens=None, color=(0.012, 0.011, 0.010), rims=Rims()):
     """Glasses: their frame, and lenses if these are dark.
 
     Args:
         lens: [3] linear albedo of the lenses, None for clear ones.
+        color: [3] linear albedo of the frame.
+        rims: Rims.
 
     Returns:
         list of Prop; the rims' corners are `rim`.
     """
     parts, panes = [], []
-    outlines = {side: rim(head, neutral, side) for side in LENS}
+    thick = rims.thick / 1.9
+    outlines = {side: rim(head, neutral, side, rims=rims) for side in LENS}
     for side, outline in outlines.items():
+        count = len(outline)
         closed = np.concatenate([outline, outline[:2]])
-        parts.append(tube(closed, 1.9, 10))
-        middle, count = outline.mean(0, keepdims=True) + [0, 0, 2.5], len(outline)
+        if rims.around:
+            parts.append(tube(closed if rims.below else outline[: count // 2 + 1], rims.thick, 10))
+        middle = outline.mean(0, keepdims=True) + [0, 0, 2.5]
         fan = np.array([[k, (k + 1) % count, count] for k in range(count)])
         panes.append((np.concatenate([outline, middle]), fan))
         outward = 1.0 if side == "left" else -1.0
         hinge = outline[np.argmax(outline[:, 0] * outward)]
         ear = head.landmarks(neutral)[454 if side == "left" else 234].astype(float)
         temple = [hinge, hinge + [5 * outward, 2, -4], ear + [7 * outward, 16, -4]]
-        parts.append(capsule(temple, [1.9, 2.0, 2.0]))
+        parts.append(capsule(temple, np.array([1.9, 2.0, 2.0]) * thick))
     inner = [outlines["right"][np.argmax(outlines["right"][:, 0])]]
     inner.append(outlines["left"][np.argmin(outlines["left"][:, 0])])
     middle = (inner[0] + inner[1]) / 2 + [0, 3, 2.0]
-    parts.append(capsule([inner[0], middle, inner[1]], [1.7, 1.6, 1.7]))
-    out = [_plain(*joined(parts), color, 0.35, 0.04)]
+    bridge = [inner[0], middle, inner[1]]
+    parts.append(capsule(bridge, np.array([1.7, 1.6, 1.7]) * thick))
+    out = [replace(_plain(*joined(parts), color, 0.35, 0.04), what="frame")]
     if lens is not None:
-        out.append(_plain(*joined(panes), lens, 0.18, 0.06))
+        out.append(replace(_plain(*joined(panes), lens, 0.18, 0.06), what="lens"))
     return out
 
 
-def rim(head, neutral, side, count=48):
+def rim(head, neutral, side, count=48, rims=Rims()):
     """Outline [count, 3] mm of one lens, before the eye."""
     marks = head.landmarks(neutral).astype(float)
     outer, inner = LENS[side]
-    center = (marks[outer] + marks[inner]) / 2 + [0, -4.0, 0]
+    center = (marks[outer] + marks[inner]) / 2 + [0, -rims.drop, 0]
     outward = np.sign(center[0])
     center += [2.0 * outward, 0, 0]
     turn = np.arange(count) * 2 * np.pi / count
     x, y = np.cos(turn), np.sin(turn)
-    x, y = (np.sign(v) * np.abs(v) ** 0.72 for v in (x, y))
+    x, y = (np.sign(v) * np.abs(v) ** rims.power for v in (x, y))
     front = marks[[6, 151], 2].max() + 3.0
-    bend = -0.008 * (center[0] + 26 * x) ** 2  # frames follow the face around
-    return np.column_stack([center[0] + 25.5 * x, center[1] + 19.5 * y, front + bend])
+    wide, high = rims.half
+    bend = -0.008 * (center[0] + (wide + 0.5) * x) ** 2  # frames follow the face around
+    return np.column_stack([center[0] + wide * x, center[1] + high * y, front + bend])
 
 
 def card(corners):

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
 from bakery.geometry import rotation
@@ -10,21 +9,19 @@ from bakery.geometry.camera import crop, project, project_camera, to_camera
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
 from bakery.heads.base import EYES, INTERIOR, PARTS, HeadModel
-from bakery.synth import facial, film, garment, skin
+from bakery.synth import facial, film, garment, layers, skin
 from bakery.synth.chart import chart_of
 from bakery.synth.eyes import shade_eye
 from bakery.synth.hair import grow_scalp, hair_color
+from bakery.synth.layers import CLOTH, PROP
 from bakery.synth.light import ShadowMap, disc_directions, shine_on, transfer
 from bakery.synth.mouth import PARTS_INSIDE, opening, shade_inside
 from bakery.synth.roots import scalp_mask
 from bakery.synth.scene import Scene
-from bakery.synth.strands import Strands, Volume, draw_strands, shade_strands
+from bakery.synth.strands import Strands, Volume
 from bakery.synth.subject import Subject
 from bakery.synth.surface import bend, diffuse, highlights, scatter
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS, Camera
-
-CLOTH = len(PARTS)  # part number of clothes in the merged mesh
-PROP = CLOTH + 1  # the first thing that the subject holds or wears; more follow
 
 
 @dataclass(frozen=True)
@@ -39,7 +36,9 @@ class Picture:
     light: np.ndarray  # [9, 3] irradiance / pi of the unshadowed light
     landmarks: np.ndarray  # [L, 2] pixels
     vertices: np.ndarray  # [V, 3] mm, the posed head in head space
-    masks: dict  # name -> [H, W] float32 share: skin, hair, clothes, background, eyes, mouth
+    masks: dict  # name -> [H, W] float32 share: skin, hair, clothes, background, eyes, mouth, props
+    parts: dict  # name -> [H, W] float32 share: beard and `layers.skin_regions`
+    linear: np.ndarray  # [H, W, 3] float32 scene light before the film
 
 
 @dataclass(frozen=True)
@@ -232,8 +231,16 @@ def paint(wardrobe: Wardrobe, scene: Scene, supersample: int = 2, quality: float
                 name, points[at], smooth[at], view[at], lips, inside[rows[at], columns[at]],
                 visibility[:, at], environment,
             )  # fmt: skip
-    linear, masks = _compose(
-        scene, subject, seen, part, image, sets, lash, volume, environment, fine, supersample
+    regions = {
+        name: layers.spread(values, (rows, columns), (height, width))
+        for name, values in {
+            **layers.skin_regions(chart, still, is_skin),
+            **layers.cast_shadow(smooth, visibility, shade[:, :3], environment),
+        }.items()
+    }
+    regions |= layers.prop_regions(shown, wardrobe.props)
+    linear, masks, parts = layers.compose(
+        scene, shown, seen.depth, image, sets, lash, volume, fine, supersample, regions
     )
     rng = np.random.default_rng([scene.seed, 5])
     return Picture(
@@ -246,6 +253,8 @@ def paint(wardrobe: Wardrobe, scene: Scene, supersample: int = 2, quality: float
         project(head.landmarks(posed), scene.camera),
         posed,
         masks,
+        parts,
+        linear,
     )
 
 
@@ -344,47 +353,3 @@ def _shade_prop(prop, albedo, smooth, view, shade, visibility, environment):
     rough = np.full(len(view), prop.rough, np.float32)
     shine = highlights(smooth, view, rough, prop.reflectance, environment, visibility, shade[:, 3])
     return albedo * light + shine
-
-
-def _shrink(picture, supersample):
-    if supersample == 1:
-        return picture
-    size = (picture.shape[1] // supersample, picture.shape[0] // supersample)
-    return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
-
-
-def _compose(scene, subject, seen, part, image, sets, lash, volume, environment, fine, supersample):
-    """Draw hair over the image, lay it on the background, and shrink: linear [H, W, 3] and masks."""
-    height, width = image.shape[:2]
-    rng = np.random.default_rng([scene.seed, 3])
-    behind = film.background(rng, scene.background, height, width, scene.background_color)
-    solid = seen.face >= 0
-    image[~solid] = behind[~solid]
-    wall = seen.depth.astype(np.float32)
-    cover = np.zeros((height, width), np.float32)
-    colors = [shade_strands(s, environment, volume) for s in sets]
-    draw_strands(sets[1:], colors[1:], fine, wall, image, np.zeros_like(cover))
-    fringe = [shade_strands(s, environment, volume, 0.8) for s in lash]
-    draw_strands(lash, fringe, fine, wall + 2.0, image, np.zeros_like(cover))
-    draw_strands(sets[:1], colors[:1], fine, wall, image, cover)
-    kinds = np.full((height, width), -1)
-    kinds[solid] = part[seen.face[solid]]
-    groups = {
-        "skin": ["skin", "eye_socket"],
-        "eyes": ["eye_left", "eye_right"],
-        "mouth": [
-            "mouth_cavity",
-            "teeth_upper",
-            "teeth_lower",
-            "gums_upper",
-            "gums_lower",
-            "tongue",
-        ],
-    }
-    bare = 1 - cover
-    masks = {"hair": cover, "clothes": (kinds == CLOTH) * bare, "background": (kinds < 0) * bare}
-    masks["props"] = (kinds >= PROP) * bare
-    for name, members in groups.items():
-        masks[name] = np.isin(kinds, [PARTS.index(m) for m in members]) * bare
-    masks = {name: _shrink(m.astype(np.float32), supersample) for name, m in masks.items()}
-    return _shrink(image, supersample), masks

@@ -16,6 +16,7 @@ SAMPLE = Path(__file__).parents[2] / "samples" / "chidi.jpg"
 READ = {  # options that name a file or folder to read
     "landmarks", "fitted", "textures", "masks", "photos", "dense", "rendered", "backgrounds",
     "expressions", "skins", "pairs", "features", "portraits", "points", "wheel", "curves", "sound", "take",
+    "bank", "real", "teacher", "weights",
 }  # fmt: skip
 FILES = {
     "output",
@@ -25,7 +26,9 @@ FILES = {
 }  # to write: a file, or a folder where the command makes several files
 FOLDERS = {"module", "pictures", "folder", "run", "work"}  # to write: always a folder
 FILLED = {"synth samples", "synth failures"}  # whose --output is a folder of many files
-GO_ON = {"synth training", "synth pairs", "synth skins", "train pairs"}  # leave what is there alone
+GO_ON = {  # leave what is there alone
+    "synth training", "synth pairs", "synth portraits", "synth skins", "train pairs",
+}  # fmt: skip
 BUNDLES = {"build", "bundle"}  # whose --output is a bundle
 NAMES = {"name": "makehuman", "truth": "makehuman", "network": "finder"}  # arguments: no paths
 

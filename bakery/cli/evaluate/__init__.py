@@ -8,6 +8,7 @@ import click
 from bakery.cli import complete, options
 from bakery.cli.evaluate import generator as evaluate_generator
 from bakery.cli.evaluate import motion as evaluate_motion
+from bakery.cli.evaluate import segment as evaluate_segment
 
 portraits = click.argument("portraits", type=click.Path(path_type=Path))
 
@@ -188,6 +189,6 @@ def failures(names, output, folder, preset, settings, head, overwrite):
 for command in (
     evaluate_generator.generator, evaluate_generator.painted, evaluate_generator.times,
     evaluate_generator.keys, evaluate_generator.detail,
-    evaluate_motion.track, evaluate_motion.animate,
+    evaluate_motion.track, evaluate_motion.animate, evaluate_segment.segment,
 ):  # fmt: skip
     evaluate.add_command(command)

@@ -8,6 +8,7 @@ import click
 from bakery.cli import options
 from bakery.cli.train.detector import bank, detector, export_detector
 from bakery.cli.train.identity import identity
+from bakery.cli.train.segment import portraits, segment, segment_export
 
 folder = click.Path(path_type=Path)
 
@@ -142,3 +143,6 @@ def export_pagan(runs, output, overwrite):
 for command in (bank, detector, export_detector):
     train.add_command(command)
 train.add_command(identity)
+train.add_command(portraits)
+train.add_command(segment)
+train.add_command(segment_export)

@@ -1,0 +1,42 @@
+"""`bakery evaluate segment`: the segmentation network, measured."""
+
+import json
+from pathlib import Path
+
+import click
+
+from bakery.cli import options
+
+folder = click.Path(path_type=Path)
+
+
+@click.command(cls=options.Command)
+@click.argument("portraits", type=folder, required=False)
+@click.option("--weights", required=True, type=folder, help="Of `bakery train segment-export`.")
+@click.option("--bank", type=folder, help="Folder of `bakery synth portraits`, not trained on.")
+@click.option("--count", type=click.IntRange(1), help="Painted pictures to look at.")
+def segment(portraits, weights, bank, count):
+    """IoU of classes on painted portraits of BANK; outline, glasses and skin on real ones.
+
+    PORTRAITS is a folder with dense478.npz that holds london and congress; without it, only
+    painted portraits are looked at.
+    """
+    from bakery.detectors import segmenter
+    from bakery.evaluate import segmenting
+
+    if not (bank or portraits):
+        raise click.UsageError("nothing to measure: give PORTRAITS, --bank or both")
+    network = segmenter.load(weights)
+    if bank:
+        click.echo(json.dumps(segmenting.painted(bank, network, count)))
+    if not portraits:
+        return
+    rows: list[list] = [[], []]
+    for some, lines in (
+        (rows[0], segmenting.photographed(portraits / "congress", network)),
+        (rows[1], segmenting.skin_lost(portraits, network)),
+    ):
+        for line in lines:
+            click.echo(json.dumps(line))
+            some.append(line)
+    click.echo(json.dumps(segmenting.summary(*rows)))
