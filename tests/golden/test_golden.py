@@ -1,7 +1,8 @@
 """What one sample bakes to, as pictures to look at and to hold on to.
 
 Tolerances: half-float textures and another processor's rounding move a pixel by less than 0.02; on
-edges of the drawn head a pixel may fall to the other side.
+edges of the drawn head a pixel may fall to the other side. The network in bfloat16 moves no pixel of
+these pictures by more than 0.005 against single precision, so both are held to the same picture.
 """
 
 from pathlib import Path
@@ -138,8 +139,8 @@ def test_expression_sheet(avatar, golden):
 
 def test_mouths_and_keys_of_the_network(painted, golden):
     mouths = grid(painted.textures.mouths, 2)
-    golden("pagan-mouths", to_encoded(mouths), 0.04, 0.01)
-    golden("pagan-keys", to_encoded(grid(painted.textures.keys, 2, 256)), 0.03, 0.01)
+    golden("pagan-mouths", to_encoded(mouths), 0.02, 0.01)
+    golden("pagan-keys", to_encoded(grid(painted.textures.keys, 2, 256)), 0.02, 0.01)
 
 
 def test_expression_sheet_of_the_network(painted, golden):
