@@ -184,6 +184,10 @@ def test_wrong_options(options, message):
         synthesis.parse(**options)
 
 
+def test_a_view_is_as_it_is_asked_for():
+    assert synthesis.parse(yaw=20.0, pitch=-5.0).view == (20.0, -5.0)
+
+
 def test_the_command(bakery, portrait, tmp_path):
     photo, marks = portrait
     out, mask = tmp_path / "out.png", tmp_path / "mask.png"
