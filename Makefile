@@ -15,7 +15,7 @@ FLAGS ?=
 COUNT ?= 50000
 KIND ?=
 
-.PHONY: help setup demo test fuzz lint golden bench avatars samples viewer clean
+.PHONY: help setup demo test proofs fuzz lint golden bench avatars samples viewer clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -36,6 +36,9 @@ demo: $(READY) ## bake a sample portrait and say where its picture is
 
 test: $(READY) ## run the tests, on two cores
 	$(RUN)/python -m pytest -n 2 --dist loadfile
+
+proofs: $(READY) ## run the long proofs, minutes each
+	$(RUN)/python -m pytest -m slow
 
 fuzz: $(READY) ## read damaged files: COUNT=50000 of each kind, or only KIND="exr take"
 	$(RUN)/python tests/fuzz $(COUNT) $(KIND)

@@ -1,12 +1,25 @@
 """Fixtures that every part's tests share."""
 
+import contextlib
+import io
+import logging
 import os
+import signal
 import subprocess
 import sys
+import tempfile
+import traceback
+import warnings
 from pathlib import Path
+
+if (
+    "PYTEST_XDIST_WORKER" in os.environ
+):  # before numpy: who shares the cores waits for no second one
+    os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 import numpy as np
 import pytest
+from filelock import FileLock
 from hypothesis import HealthCheck, settings
 
 from bakery.formats import image, record
@@ -41,24 +54,146 @@ def head():
     return load_head("makehuman")
 
 
-def run(*arguments, **options):
-    """Run `bakery`; returns the finished process with its text."""
-    return subprocess.run(
-        [sys.executable, "-m", "bakery", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        **options,
-    )
-
-
 @pytest.fixture(scope="session")
-def bakery():
+def process():
+    """A function (*arguments, **options of subprocess.run) that runs `bakery` in its own process.
+
+    For what only a process shows: another environment, and that nothing is carried over.
+    """
+
+    def run(*arguments, **options):
+        command = [sys.executable, "-m", "bakery", *map(str, arguments)]
+        return subprocess.run(command, capture_output=True, text=True, **options)
+
     return run
 
 
 @pytest.fixture(scope="session")
-def portrait(tmp_path_factory):
+def bakery():
+    """A function (*arguments, cwd, timeout) that runs `bakery` in this process: 3 s sooner.
+
+    It gives what `process` gives: descriptors 1 and 2 are taken, so that what OpenCV prints is
+    seen as well, and warnings are printed as Python does by itself.
+    """
+    return _called
+
+
+def _called(*arguments, cwd=".", timeout=None):
+    from bakery.cli.main import main
+
+    arguments = list(map(str, arguments))
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(contextlib.chdir(cwd))
+        stack.enter_context(_limited(timeout))
+        stack.enter_context(_own_log())
+        stack.enter_context(_own_warnings())
+        out, err = (stack.enter_context(_taken(name)) for name in ("stdout", "stderr"))
+        try:
+            main(arguments)
+        except SystemExit as end:
+            code = end.code
+        except Exception:
+            traceback.print_exc()
+            code = 1
+    return subprocess.CompletedProcess(arguments, code, "".join(out), "".join(err))
+
+
+@contextlib.contextmanager
+def _taken(name):
+    """What is written to sys.stdout or sys.stderr, or below it: a list that holds it at the end."""
+    number, before, texts = {"stdout": 1, "stderr": 2}[name], getattr(sys, name), []
+    before.flush()
+    kept = os.dup(number)
+    with tempfile.TemporaryFile() as file:
+        os.dup2(file.fileno(), number)
+        setattr(sys, name, open(number, "w", encoding="utf-8", closefd=False))
+        try:
+            yield texts
+        finally:
+            with contextlib.suppress(ValueError):  # closed: the reader went away
+                getattr(sys, name).flush()
+            setattr(sys, name, before)
+            os.dup2(kept, number)
+            os.close(kept)
+            file.seek(0)
+            texts.append(io.TextIOWrapper(file, encoding="utf-8").read())
+
+
+class Hang(BaseException):
+    """No Exception: what reads a file would make an error of its own of it."""
+
+
+@contextlib.contextmanager
+def _limited(seconds):
+    """Raise Hang after some seconds; None is no limit."""
+    if seconds is None:
+        yield
+        return
+
+    def late(*_):
+        raise Hang(f"not done after {seconds} s")
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@contextlib.contextmanager
+def _own_log():
+    """No handlers at the start, and what pytest had at the end."""
+    root = logging.getLogger()
+    before, level = root.handlers, root.level
+    root.handlers = []
+    try:
+        yield
+    finally:
+        root.handlers = before
+        root.setLevel(level)
+
+
+@contextlib.contextmanager
+def _own_warnings():
+    """Warnings as a new process has them: printed once for each place, those for developers not."""
+    with warnings.catch_warnings():
+        warnings.resetwarnings()
+        # pytest's own collects them.
+        warnings.showwarning = lambda *given: sys.stderr.write(warnings.formatwarning(*given[:4]))
+        for kind in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
+            warnings.simplefilter("ignore", kind)
+        yield
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory):
+    """A function (name, make) -> folder that make(folder) filled, once for all workers of xdist."""
+    base = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        base = base.parent
+
+    def share(name, make):
+        folder = base / name
+        with FileLock(base / f"{name}.lock"):
+            if not folder.exists():
+                half = tmp_path_factory.mktemp(name)
+                make(half)
+                half.rename(folder)
+        return folder
+
+    return share
+
+
+@pytest.fixture(scope="session")
+def portrait(once):
     """A plain shaded head on grey, 400x480, with its landmarks: photo path, landmarks path."""
+    folder = once("portrait", _paint)
+    return folder / "painted.png", folder / "painted.json"
+
+
+def _paint(folder):
     from bakery.geometry import camera as cameras
     from bakery.geometry.color import to_encoded
     from bakery.geometry.mesh import vertex_normals
@@ -67,7 +202,6 @@ def portrait(tmp_path_factory):
     from bakery.heads.file import load_head
     from bakery.types import Camera
 
-    folder = tmp_path_factory.mktemp("portrait")
     head = load_head()
     vertices = head.mean
     camera = Camera(
@@ -87,17 +221,19 @@ def portrait(tmp_path_factory):
     low, high = marks.min(0), marks.max(0)
     face = Landmarks(np.concatenate([low, high - low]), 1.0, marks, np.ones(478))
     (folder / "painted.json").write_bytes(record.dump(record.faces_to_table(400, 480, [face])))
-    return folder / "painted.png", folder / "painted.json"
 
 
 @pytest.fixture(scope="session")
-def bundle(bakery, portrait, tmp_path_factory):
+def bundle(bakery, portrait, once):
     """A bundle of the painted portrait; tests must not change it."""
     photo, marks = portrait
-    out = tmp_path_factory.mktemp("bundle") / "painted.avatar"
-    done = bakery("build", photo, "--landmarks", marks, "-o", out, *SMALL, "--keep-photo")
-    assert done.returncode == 0, done.stderr
-    return out
+
+    def bake(folder):
+        out = folder / "painted.avatar"
+        done = bakery("build", photo, "--landmarks", marks, "-o", out, *SMALL, "--keep-photo")
+        assert done.returncode == 0, done.stderr
+
+    return once("bundle", bake) / "painted.avatar"
 
 
 @pytest.fixture
@@ -119,7 +255,10 @@ def golden():
             image.write_image(path, picture)
             return
         if not path.exists():
-            pytest.skip(f"no golden picture {name} yet; `make golden` stores it")
+            image.write_image(REJECTED / f"{name}-found.png", picture)
+            pytest.fail(
+                f"{name}: no golden picture; look at {REJECTED}/{name}-found.png, then `make golden`"
+            )
         wanted = image.read_photo(path).encoded
         assert picture.shape == wanted.shape, "another size; look at it, then `make golden`"
         error = np.abs(picture - wanted).max(-1)

@@ -59,13 +59,13 @@ def test_the_exporter(example, bundle):
     testing.check_exporter(example.PointsExporter(), open_avatar(bundle))
 
 
-def test_a_bake_with_all_of_them(bakery, portrait, installed, tmp_path):
+def test_a_bake_with_all_of_them(bakery, process, portrait, installed, tmp_path):
     """By name, on the command line; the bundle says what made it, down to the version."""
     photo, marks = portrait
     out = tmp_path / "a.avatar"
     chosen = ["--generator", "still", "--hair", "red", "--head", "large"]
     chosen += ["--set", 'bundle.formats=["glb", "points"]']
-    done = bakery("build", photo, "--landmarks", marks, "-o", out, *QUICK, *chosen, env=installed)
+    done = process("build", photo, "--landmarks", marks, "-o", out, *QUICK, *chosen, env=installed)
     assert done.returncode == 0, done.stderr
     manifest = json.loads((out / "avatar.json").read_text())
     assert manifest["provenance"]["generator"] == "still" and manifest["head"]["name"] == "large"
@@ -76,35 +76,35 @@ def test_a_bake_with_all_of_them(bakery, portrait, installed, tmp_path):
     assert bakery("render", out, "-o", tmp_path / "a.png", "--size", 64).returncode == 0
 
 
-def test_a_detector_by_name(bakery, installed, tmp_path):
+def test_a_detector_by_name(process, installed, tmp_path):
     sample = Path(__file__).parents[1] / "samples" / "bela.jpg"
-    done = bakery("detect", sample, "-o", "-", "--detector", "mirrored", env=installed)
+    done = process("detect", sample, "-o", "-", "--detector", "mirrored", env=installed)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["detector"]["name"] == "mirrored"
     assert json.loads(done.stdout)["detector"]["version"] == "1.2"
 
 
-def test_a_command(bakery, installed):
-    assert bakery("greet", "ada", env=installed).stdout == "hello ada\n"
-    listed = bakery("--help", env=installed).stdout
+def test_a_command(bakery, process, installed):
+    assert process("greet", "ada", env=installed).stdout == "hello ada\n"
+    listed = process("--help", env=installed).stdout
     assert "Commands of other packages" in listed and "See bakery-example." in listed
     asked = {"_BAKERY_COMPLETE": "zsh_complete", "COMP_WORDS": "bakery gr", "COMP_CWORD": "1"}
-    assert bakery(env=installed | asked).stdout.split() == [
+    assert process(env=installed | asked).stdout.split() == [
         "plain",
         "greet",
         "See",
         "bakery-example.",
     ]
-    done = bakery("gret", env=installed)
+    done = process("gret", env=installed)
     assert done.returncode == 2 and "Did you mean 'greet'?" in done.stderr
     assert bakery("greet").returncode == 2  # without the package
 
 
-def test_a_plug_in_that_cannot_be_loaded_is_one_line(bakery, portrait, installed, tmp_path):
-    done = bakery(
+def test_a_plug_in_that_cannot_be_loaded_is_one_line(process, portrait, installed, tmp_path):
+    done = process(
         "build", portrait[0], "-o", tmp_path / "a", "--generator", "broken", env=installed
     )
     assert done.returncode == 1 and len(done.stderr.splitlines()) == 1, done.stderr
     assert "generator 'broken' of bakery-example cannot be loaded" in done.stderr
-    done = bakery("build", portrait[0], "-o", tmp_path / "a", "--generator", "stil", env=installed)
+    done = process("build", portrait[0], "-o", tmp_path / "a", "--generator", "stil", env=installed)
     assert done.returncode == 2 and "did you mean 'still'?" in done.stderr

@@ -74,17 +74,22 @@ def _shard(task):
     return path
 
 
-def read(folder: Path, limit: int | None = None) -> dict[str, np.ndarray]:
+def read(
+    folder: Path, limit: int | None = None, seen: set[Path] | None = None
+) -> dict[str, np.ndarray]:
     """All pictures of a folder as arrays {name: [N, ...]}, see `portraits.Labelled`.
 
     Args:
         limit: how many pictures to read at most.
+        seen: shards to leave out; those that are read are added.
 
     Raises:
-        InputError: the folder holds none.
+        InputError: the folder holds none (or no new ones).
     """
     parts, total = [], 0
-    for path in sorted(Path(folder).glob(NAME.replace("{:05d}", "?????"))):
+    seen = set() if seen is None else seen
+    for path in sorted(set(Path(folder).glob(NAME.replace("{:05d}", "?????"))) - seen):
+        seen.add(path)
         with np.load(path) as table:
             parts.append({name: table[name] for name in ARRAYS})
         total += len(parts[-1]["image"])

@@ -144,7 +144,7 @@ def test_validate_and_readers_refuse_damage_in_one_line(copy, bakery, tmp_path):
         assert done.returncode == 1 and "Traceback" not in done.stderr
 
 
-def test_two_bakes_and_the_single_steps_give_the_same_bytes(bakery, bundle, portrait, tmp_path):
+def test_two_bakes_and_the_single_steps_give_the_same_bytes(process, bundle, portrait, tmp_path):
     """Another folder, another locale, one step at a time: not a byte differs."""
     import os
 
@@ -160,7 +160,7 @@ def test_two_bakes_and_the_single_steps_give_the_same_bytes(bakery, bundle, port
         ["bundle", *given, "--fit", fit, "--textures", textures, "--masks", masks, "-o", out,
          "--keep-photo", *SMALL],
     ):  # fmt: skip
-        done = bakery(*command, env=env)
+        done = process(*command, env=env)
         assert done.returncode == 0, done.stderr
     mine = {p.relative_to(bundle): p.read_bytes() for p in bundle.rglob("*") if p.is_file()}
     others = {p.relative_to(out): p.read_bytes() for p in out.rglob("*") if p.is_file()}

@@ -13,11 +13,14 @@ import pytest
 
 def test_help_is_quick():
     quickest = 9.0
-    for _ in range(5):
-        start = time.perf_counter()
+    for _ in range(3):
+        before = os.times()
         subprocess.run([sys.executable, "-m", "bakery", "--help"], capture_output=True, check=True)
-        quickest = min(quickest, time.perf_counter() - start)
-    assert quickest < 0.4  # 0.06 s on an idle machine; the limit of the project is 0.20
+        after = os.times()
+        quickest = min(quickest, sum(after[2:4]) - sum(before[2:4]))
+    # Of processor time: 0.06 s; the wall clock of a busy machine says nothing. The limit of the
+    # project is 0.20.
+    assert quickest < 0.4
 
 
 def test_every_command_has_help(bakery):
@@ -36,11 +39,11 @@ def test_exit_codes(bakery, tmp_path):
     assert len(done.stderr.splitlines()) == 1 and "no such file" in done.stderr
 
 
-def test_bad_photo_is_refused_at_once(bakery, tmp_path):
+def test_bad_photo_is_refused_at_once(process, tmp_path):
     (tmp_path / "a.jpg").write_bytes(b"\xff\xd8\xff" + bytes(99))
     for command in ("build", "detect", "fit"):
         start = time.perf_counter()
-        done = bakery(command, tmp_path / "a.jpg", "-o", tmp_path / "out")
+        done = process(command, tmp_path / "a.jpg", "-o", tmp_path / "out")
         assert time.perf_counter() - start < 3  # 0.3 s on an idle machine
         assert done.returncode == 1 and len(done.stderr.splitlines()) == 1, done.stderr
     assert os.listdir(tmp_path) == ["a.jpg"]

@@ -103,6 +103,20 @@ def test_a_view_turns_the_head(fitted):
     assert_allclose(left[0][0, 0], 0.5)  # no head there
 
 
+def test_a_take_turns_the_head(fitted):
+    """To its left, which is the picture's right, up, and to its left shoulder."""
+    own, points = fitted.neutral.fit, fitted.head.landmarks(fitted.subject.neutral)
+    still = face_camera(own, fitted.head, fitted.subject.neutral)
+    rest, aside, above, tilted = (
+        cameras.project(points, synthesis.turned(fitted, still, angles))
+        for angles in np.vstack([np.zeros(3), 15 * np.eye(3)])
+    )
+    nose, brow, chin = 1, 10, 152
+    assert_allclose(rest, cameras.project(points, still), atol=1e-6)
+    assert aside[nose, 0] - rest[nose, 0] > 10 and above[nose, 1] - rest[nose, 1] < -10
+    assert (tilted[brow] - tilted[chin] - rest[brow] + rest[chin])[0] > 10
+
+
 def test_the_mask_is_the_face_alone(fitted):
     """Of what is seen from the side, nothing of throat, ears and scalp; it fades towards them."""
     head, neutral = fitted.head, fitted.subject.neutral
@@ -168,6 +182,10 @@ def test_gaze_follows_the_weights_unless_it_is_given():
 def test_wrong_options(options, message):
     with pytest.raises(InputError, match=message):
         synthesis.parse(**options)
+
+
+def test_a_view_is_as_it_is_asked_for():
+    assert synthesis.parse(yaw=20.0, pitch=-5.0).view == (20.0, -5.0)
 
 
 def test_the_command(bakery, portrait, tmp_path):

@@ -31,26 +31,38 @@ def content(folder):
     }
 
 
-def step_by_step(bakery, photo, folder, options, detect=()):
-    """A bundle by the single steps, each given the options of `build`."""
+def step_by_step(process, bakery, photo, folder, options):
+    """A bundle by the single steps, each given the options of `build`; the first one on its own."""
     points, fit, textures, masks, out = (
         folder / name for name in ("p.json", "f.json", "t.npz", "m.npz", "steps.avatar")
     )
     given = [photo, "--landmarks", points]
-    for command in (
-        ["detect", photo, "-o", points, *detect],
-        ["fit", *given, "-o", fit],
-        ["texture", *given, "--fit", fit, "-o", textures],
-        ["mask", "-o", masks],
-        ["bundle", *given, "--fit", fit, "--textures", textures, "--masks", masks, "-o", out],
+    for run, *command in (
+        [process, "detect", photo, "-o", points],
+        [bakery, "fit", *given, "-o", fit],
+        [bakery, "texture", *given, "--fit", fit, "-o", textures],
+        [bakery, "mask", "-o", masks],
+        [
+            bakery,
+            "bundle",
+            *given,
+            "--fit",
+            fit,
+            "--textures",
+            textures,
+            "--masks",
+            masks,
+            "-o",
+            out,
+        ],
     ):
-        done = bakery(*command, *options)
+        done = run(*command, *options)
         assert done.returncode == 0, (command, done.stderr)
     return out
 
 
 @pytest.mark.parametrize("case", ["default", "fit table, other generator and hair"])
-def test_the_single_steps_are_the_bake(bakery, tmp_path, case):
+def test_the_single_steps_are_the_bake(process, bakery, tmp_path, case):
     """Not a byte differs; the default detector finds the face, as users have it."""
     from pathlib import Path
 
@@ -63,7 +75,7 @@ def test_the_single_steps_are_the_bake(bakery, tmp_path, case):
     whole = tmp_path / "whole.avatar"
     done = bakery("build", sample, "-o", whole, *options)
     assert done.returncode == 0, done.stderr
-    ours, theirs = content(whole), content(step_by_step(bakery, sample, tmp_path, options))
+    ours, theirs = content(whole), content(step_by_step(process, bakery, sample, tmp_path, options))
     assert ours.keys() == theirs.keys()
     assert [name for name in ours if ours[name] != theirs[name]] == []
 

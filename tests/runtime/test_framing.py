@@ -56,3 +56,17 @@ def test_all_views_have_one_scale_and_one_middle(noise_avatar):
     assert len({float(view.focal) for view in views}) == 1
     middles = np.array([cameras.project(center, view) for view in views])
     np.testing.assert_allclose(middles - middles[0], 0, atol=1e-6)
+
+
+def test_the_head_turns_to_its_left_and_up(noise_avatar):
+    """Its left is the picture's right, and rows count downwards."""
+    nose = noise_avatar.head.landmarks(noise_avatar.neutral)[1]
+    rest, left, right, up, down = (
+        cameras.project(
+            nose[None],
+            head_camera(noise_avatar.fit, noise_avatar.head, noise_avatar.neutral, *turn, SIDE),
+        )[0]
+        for turn in ((0, 0), (20, 0), (-20, 0), (0, 20), (0, -20))
+    )
+    assert left[0] > rest[0] + 5 > rest[0] - 5 > right[0]
+    assert up[1] < rest[1] - 5 < rest[1] + 5 < down[1]

@@ -15,7 +15,7 @@ from bakery.synth.failures import CASES, paint_case
 from bakery.types import Photo
 
 SAMPLES = Path(__file__).parents[2] / "samples"
-QUICK = {"detail": 2.0, "share": 0.3, "supersample": 1, "quality": 0.4}
+QUICK = {"detail": 2.0, "share": 0.1, "supersample": 1, "quality": 0.2}
 
 
 @pytest.fixture(scope="module")

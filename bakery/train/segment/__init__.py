@@ -123,7 +123,7 @@ def train(
         for name, value in parts.items():
             total[name] = total.get(name, 0) + value / options.log_every
         if step % options.log_every == 0:
-            figures = {"step": step, "seconds": round(clock(), 2)}
+            figures = {"step": step, "seconds": round(clock(), 2), "pictures": pictures.refresh()}
             figures |= {name: round(float(value), 5) for name, value in total.items()}
             if not all(value == value and abs(value) < 1e6 for value in figures.values()):
                 raise ModelError(
@@ -183,7 +183,8 @@ class Data:
     """The pictures of a run on its device."""
 
     def __init__(self, sources: Sources, options: SegmentTraining, device: str):
-        everyone = bank.painted(sources.bank, device)
+        self.seen: set[Path] = set()
+        everyone = bank.painted(sources.bank, device, self.seen)
         held = min(options.held, len(everyone) // 2)
         self.painted = everyone.rows(slice(0, len(everyone) - held))
         self.held = everyone.rows(slice(len(everyone) - held, None))
@@ -193,7 +194,15 @@ class Data:
             bank.photographed(sources.real, device, sources.teacher) if sources.real else None
         )
         self.backdrops = bank.backgrounds(options.backdrops, options.seed, device)
-        self.options = options
+        self.options, self.sources, self.device = options, sources, device
+
+    def refresh(self) -> int:
+        """Read what was painted since; returns how many painted pictures there are."""
+        try:
+            self.painted = self.painted + bank.painted(self.sources.bank, self.device, self.seen)
+        except InputError:
+            pass  # nothing new
+        return len(self.painted)
 
     def _drawn(self, pictures, count):
         at = torch.randint(len(pictures), (count,), device=pictures.image.device)

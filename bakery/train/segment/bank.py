@@ -28,6 +28,11 @@ class Pictures:
     def __len__(self):
         return len(self.image)
 
+    def __add__(self, other: "Pictures") -> "Pictures":
+        return Pictures(
+            *(torch.cat([getattr(self, name), getattr(other, name)]) for name in FIELDS)
+        )
+
     def rows(self, at) -> "Pictures":
         """The pictures of an index."""
         return Pictures(*(getattr(self, name)[at] for name in FIELDS))
@@ -36,9 +41,9 @@ class Pictures:
 FIELDS = tuple(Pictures.__dataclass_fields__)
 
 
-def painted(folder: Path, device: str) -> Pictures:
-    """The pictures of `bakery synth portraits`."""
-    table = portrait_shards.read(folder)
+def painted(folder: Path, device: str, seen: set[Path]) -> Pictures:
+    """The pictures of `bakery synth portraits` but for the shards `seen`, which grow by these."""
+    table = portrait_shards.read(folder, seen=seen)
     label = table["label"]
     return _moved(
         device,
