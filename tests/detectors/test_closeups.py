@@ -10,6 +10,7 @@ from bakery import landmarks as marks
 from bakery.detectors import closeups, frames
 from bakery.errors import ModelError
 
+EYE = closeups.SIDES["eye"]
 SAMPLES = Path(__file__).resolve().parents[2] / "samples"
 
 
@@ -22,18 +23,32 @@ def sample(name):
     return picture, np.array(table["faces"][0]["points"])
 
 
+def errors_of(points, share):
+    """What the points network says when it is as far off as a share of the eye distance."""
+    return np.full(len(points), share * marks.face_size(points))
+
+
+def test_a_sure_look_at_the_whole_face_counts_more():
+    picture, points = sample("anna")
+    wrong = points + 0.03 * marks.face_size(points)
+    sure, _ = closeups.look_closer(picture, wrong, errors_of(points, 1e-4), looks=1)
+    unsure, _ = closeups.look_closer(picture, wrong, errors_of(points, 1.0), looks=1)
+    near = [np.linalg.norm(found - points, axis=1)[marks.LIPS].mean() for found in (sure, unsure)]
+    assert near[1] < 0.5 * near[0]
+
+
 def test_right_eyes_are_seen_in_the_mirror():
     """Mirroring the face about its middle swaps the crops' points and nothing else."""
     _, points = sample("anna")
     left, right = closeups.eye_frames(points)
     lids = [
-        frames.apply_affine(closeups.matrix_of(frame, mirrored), points[rows])
+        frames.apply_affine(closeups.matrix_of(frame, EYE, mirrored), points[rows])
         for frame, mirrored, rows in zip((left, right), (False, True), marks.EYES)
     ]
     outer = [part[0] for part in lids]  # both rings begin at the outer corner
     assert outer[0][0] > 40 and outer[1][0] > 40
     assert np.abs(lids[0] - lids[1]).mean() < 3  # pixels of 64: people are nearly symmetric
-    flat = closeups.matrix_of(left, True)
+    flat = closeups.matrix_of(left, EYE, True)
     there = frames.apply_affine(frames.invert_affine(flat), np.array([[10.0, 20.0]]))
     np.testing.assert_allclose(frames.apply_affine(flat, there), [[10, 20]], atol=1e-9)
 
@@ -47,9 +62,9 @@ def test_a_crop_shows_what_the_matrix_says(scale):
     value = 255 * np.exp(-((x - spot[0]) ** 2 + (y - spot[1]) ** 2) / (2 * (0.02 * side) ** 2))
     picture = np.repeat(value.astype(np.uint8)[..., None], 3, 2)
     frame = frames.FaceFrame(np.array([0.5, 0.5]) * side, 0.4 * side, 0.2)
-    matrix = closeups.matrix_of(frame, True)
-    crop = closeups.take(picture, matrix).astype(float)
-    v, u = np.mgrid[: closeups.SIDE, : closeups.SIDE] + 0.5
+    matrix = closeups.matrix_of(frame, EYE, True)
+    crop = closeups.take(picture, matrix, EYE).astype(float).mean(-1)
+    v, u = np.mgrid[:EYE, :EYE] + 0.5
     seen = np.array([(crop * u).sum(), (crop * v).sum()]) / crop.sum()
     np.testing.assert_allclose(seen, frames.apply_affine(matrix, spot[None])[0], atol=0.6)
 
@@ -62,7 +77,7 @@ def test_lips_and_lids_that_are_off_are_mended(name):
     for upper, lower in zip(marks.LIDS_UPPER, marks.LIDS_LOWER):
         wrong[upper] += 0.5 * (points[lower] - points[upper])
     wrong[marks.LIPS, 1] += 0.04 * marks.face_size(points)
-    mended = closeups.look_closer(picture, wrong)
+    mended, doubt = closeups.look_closer(picture, wrong, errors_of(wrong, 0.1))
     unit = marks.face_size(points)
     rings = np.concatenate([marks.EYE_LEFT, marks.EYE_RIGHT])
 
@@ -73,6 +88,7 @@ def test_lips_and_lids_that_are_off_are_mended(name):
     assert error(mended, rings) < 0.025
     others = np.setdiff1d(np.arange(468), closeups.seen_close())
     np.testing.assert_array_equal(mended[others], wrong[others])
+    assert (doubt <= errors_of(wrong, 0.1)).all()
 
 
 def test_missing_or_damaged_weights(tmp_path):
@@ -89,6 +105,6 @@ def test_a_mouth_that_lies_far_off_is_found(name):
     picture, points = sample(name)
     wrong, unit = points.copy(), marks.face_size(points)
     wrong[np.union1d(marks.LIPS, marks.CHIN), 1] += 0.25 * unit
-    mended = closeups.look_closer(picture, wrong)
+    mended, doubt = closeups.look_closer(picture, wrong, errors_of(wrong, 0.1))
     found = np.linalg.norm(mended[marks.LIPS] - points[marks.LIPS], axis=1).mean() / unit
     assert found < 0.03

@@ -8,12 +8,15 @@ import pytest
 import torch
 from numpy.testing import assert_allclose
 
-from bakery.detectors import network
+from bakery import landmarks as marks
+from bakery.detectors import closeups, network
 from bakery.errors import InputError, ModelError
-from bakery.train import augment, dataset, detector
+from bakery.train import augment, dataset, degrade, detector
 from bakery.train import faces as faces_module
 from bakery.train import photos as photos_module
+from bakery.train import runs as runs_module
 from bakery.train.backgrounds import Backgrounds, procedural_background
+from bakery.train.detector import bank, batches
 from bakery.train.detector import losses as detector_losses
 
 
@@ -54,49 +57,195 @@ def photos(tmp_path_factory):
     return folder
 
 
+def sources(photos):
+    return bank.Sources(((photos, photos / "dense.npz"),))
+
+
+@pytest.fixture(scope="module")
+def pictures(photos, tmp_path_factory):
+    """A bank of a few photographs and scenes."""
+    folder = tmp_path_factory.mktemp("bank")
+    small = {"photo": 6, "quick": 2, "careful": 2, "scene": 4}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bank, "SHARD", small)
+        chosen = bank.BankOptions(photo=6, quick=0, careful=0, scene=4, background_count=3, held=3)
+        runs_module.keep_options(folder, chosen)
+        bank.gather(folder, sources(photos))
+        painter = bank.Painter(folder, sources(photos), chosen)
+        for kind in ("photo", "scene"):
+            np.savez(bank.shard_path(folder, kind, 0), **painter.shard(kind, 0))
+    return folder
+
+
 def options(**changes):
-    plain = dict(steps=2, batch=2, background_count=3, log_every=1, save_every=1, workers=0)
+    plain = dict(minutes=0.02, batch=2, log_every=1)
     return detector.DetectorOptions(**{**plain, **changes})
 
 
 @pytest.fixture(scope="module")
-def runs(photos, tmp_path_factory):
-    """A folder with a run of two steps of each network."""
+def runs(pictures, head, tmp_path_factory):
+    """A folder with a run of about a second of each network."""
     folder = tmp_path_factory.mktemp("runs")
-    for name in ("points", "finder"):
-        list(detector.train(folder / name, photos, photos / "dense.npz", options(network=name)))
+    for name in detector.NETWORKS:
+        assert list(detector.train(folder / name, pictures, head, options(network=name)))
     return folder
 
 
-def test_run_goes_on_where_it_stopped(photos, runs):
+def test_a_shard_depends_on_its_number_alone(photos, pictures, monkeypatch):
+    monkeypatch.setattr(bank, "SHARD", {"photo": 6, "quick": 2, "careful": 2, "scene": 4})
+    chosen = bank.BankOptions(photo=6, scene=4, background_count=3, held=3)
+    again = bank.Painter(pictures, sources(photos), chosen)
+    for kind in ("scene", "photo"):
+        with np.load(bank.shard_path(pictures, kind, 0)) as kept:
+            for name, value in again.shard(kind, 0).items():
+                np.testing.assert_array_equal(kept[name], value)
+    other = again.shard("photo", 1)["pictures"]
+    with np.load(bank.shard_path(pictures, "photo", 0)) as kept:
+        assert np.abs(other.astype(int) - kept["pictures"]).mean() > 1
+
+
+def test_a_bank_goes_on_and_keeps_to_its_options(photos, tmp_path):
+    chosen = bank.BankOptions(photo=0, quick=0, careful=0, scene=2, background_count=3, held=3)
+    (first,) = bank.paint_bank(tmp_path, sources(photos), chosen, 1)
+    assert first.exists() and not list(bank.paint_bank(tmp_path, sources(photos), chosen, 1))
+    with pytest.raises(InputError, match="other seed"):
+        list(bank.paint_bank(tmp_path, sources(photos), bank.BankOptions(held=3, seed=1,
+                             background_count=3), 1))  # fmt: skip
+
+
+def test_people_are_learned_from_or_measured_not_both(pictures):
+    learned, kept = bank.split_photos(pictures, 3)
+    assert [photo.name for photo in learned] == ["0_neutral", "1_neutral"]
+    assert [photo.name for photo in kept] == ["2_neutral"]
+
+
+def test_run_goes_on_where_it_stopped(pictures, head, runs):
     run = runs / "finder"
-    longer = options(network="finder", steps=3)
-    (figures,) = detector.train(run, photos, photos / "dense.npz", longer)
-    assert figures["step"] == 3
-    lines = (run / "stats.jsonl").read_text().splitlines()
-    assert [json.loads(line)["step"] for line in lines] == [1, 2, 3]
+    before = [json.loads(line)["step"] for line in (run / "stats.jsonl").read_text().splitlines()]
+    longer = options(network="finder", minutes=0.04)
+    figures = list(detector.train(run, pictures, head, longer))
+    assert figures[0]["step"] == before[-1] + 1
+    assert not list(detector.train(run, pictures, head, longer))  # its time is over
 
 
 def test_export_can_be_loaded(runs, tmp_path):
     path = tmp_path / "network.safetensors"
-    detector.export(runs / "finder", runs / "points", path)
+    detector.export({name: runs / name for name in ("finder", "points")}, path)
     assert network.load(path).name == "network"
     assert path.stat().st_size < 10e6
+    path = tmp_path / "closeups.safetensors"
+    detector.export({name: runs / name for name in ("eye", "mouth")}, path)
+    eye, mouth = closeups.networks(path)
+    assert eye.rows.shape[0] == 2 and mouth.rows.shape[0] == 1
+    assert set(marks.LIPS) <= set(mouth.rows[0]) and not mouth.network.training
 
 
-def test_other_options_are_refused(photos, runs):
+def test_other_options_are_refused(pictures, head, runs):
     with pytest.raises(InputError, match="other rate"):
-        list(detector.train(runs / "points", photos, photos / "dense.npz", options(rate=1.0)))
+        list(detector.train(runs / "points", pictures, head, options(rate=1.0)))
     with pytest.raises(InputError, match="one of finder, points"):
         options(network="other")
 
 
-def test_loss_that_is_not_finite_stops_the_run(photos, tmp_path, monkeypatch):
-    broken = torch.tensor(float("nan"))
-    monkeypatch.setattr(detector, "_bfloat16_pays", lambda _: False)
-    monkeypatch.setattr(detector, "_loss", lambda *_: (broken, {}))
+def test_an_empty_bank_is_refused(head, tmp_path):
+    with pytest.raises(InputError, match="is no bank"):
+        list(detector.train(tmp_path / "run", tmp_path, head, options()))
+    runs_module.keep_options(tmp_path, bank.BankOptions())
+    with pytest.raises(InputError, match="no pictures"):
+        list(detector.train(tmp_path / "run", tmp_path, head, options()))
+
+
+def test_loss_that_is_not_finite_stops_the_run(pictures, head, tmp_path, monkeypatch):
+    broken = torch.zeros((), requires_grad=True) * float("nan")
+    monkeypatch.setattr(detector.Trained, "loss", lambda *_: (broken, {}))
     with pytest.raises(ModelError, match="not finite at step 1"):
-        list(detector.train(tmp_path, photos, photos / "dense.npz", options(network="finder")))
+        list(detector.train(tmp_path, pictures, head, options(network="finder")))
+
+
+def test_crops_show_their_points(head):
+    """A dot painted at each of a few points comes out where the target says, turned or mirrored."""
+    rng = torch.Generator().manual_seed(0)
+    maps = batches.transform(
+        torch.tensor([0.3, -0.4]), torch.tensor([0.5, 0.6]),
+        torch.tensor([[0.1, 0.0], [0.0, 0.05]]), torch.tensor([False, True]),
+    )  # fmt: skip
+    place = torch.tensor([[[0.12, 0.02]], [[0.02, 0.1]]])
+    v, u = torch.meshgrid(*[(torch.arange(200) + 0.5) / 200 - 0.5] * 2, indexing="ij")
+    away = ((u - place[..., :1, None]) ** 2 + (v - place[..., 1:, None]) ** 2)[:, 0]
+    pictures = (
+        (255 * torch.exp(-away / (2 * 0.01**2))).to(torch.uint8)[..., None].repeat(1, 1, 1, 3)
+    )
+    crops = batches.cut(pictures, maps, 96)[:, 0]
+    mass = (crops - 0.1).clamp_min(0)
+    v, u = torch.meshgrid(*[(torch.arange(96) + 0.5) / 96 - 0.5] * 2, indexing="ij")
+    seen = torch.stack([(mass * axis).sum((1, 2)) / mass.sum((1, 2)) for axis in (u, v)], -1)
+    assert_allclose(seen, batches.into(maps, place)[:, 0], atol=0.01)
+    assert rng.initial_seed() == 0
+
+
+def test_degraded_pictures_keep_their_shape_and_depend_on_the_seed():
+    image = torch.rand(5, 3, 48, 48, generator=torch.Generator().manual_seed(2))
+    one, two, other = (
+        degrade.photograph(image.clone(), torch.Generator().manual_seed(seed)) for seed in (0, 0, 1)
+    )
+    assert one.shape == image.shape and one.min() >= 0 and one.max() <= 1
+    assert_allclose(one, two)
+    assert (one - other).abs().mean() > 0.01
+
+
+def test_blocks_of_cosines_come_back_at_a_fine_step():
+    image = torch.rand(1, 3, 20, 28, generator=torch.Generator().manual_seed(2))
+    assert_allclose(degrade.coded(image, 1e-5), image, atol=1e-4)
+    flat = degrade.coded(torch.full((1, 1, 16, 16), 0.5), 0.1)
+    assert flat.std() == 0 and abs(float(flat.mean()) - 0.5) < 0.1
+
+
+def lips(gap, width=0.4):
+    """The rims of a network that gives lips alone: points [1, n, 2] and their rows."""
+    rows = np.concatenate([marks.LIPS_INNER_UPPER, marks.LIPS_INNER_LOWER[1:-1], [61, 291]])
+    x = np.linspace(-width / 2, width / 2, 11)
+    upper, lower = np.stack([x, 0 * x - gap / 2], 1), np.stack([x, 0 * x + gap / 2], 1)
+    corners = [[-width / 2, 0], [width / 2, 0]]
+    points = np.concatenate([upper, lower[1:-1], corners])
+    return torch.tensor(points[None], dtype=torch.float32), detector_losses.LipRows.among(rows)
+
+
+def test_an_opening_is_an_error_of_its_own():
+    shut, rows = lips(0.0)
+    ajar, _ = lips(0.02)
+    wide, _ = lips(0.2)
+    wider, _ = lips(0.22)
+    error = detector_losses.lip_errors
+    assert float(error(shut, shut, rows)) == 0
+    # Lips that touch count twice; which way the error goes does not matter.
+    assert_allclose(error(ajar, shut, rows), 2 * 0.02, rtol=1e-5)
+    assert_allclose(error(wider, wide, rows), 0.02, rtol=1e-5)
+    assert_allclose(error(wide, wider, rows), 0.02, rtol=1e-5)
+    narrow, _ = lips(0.2, 0.36)
+    assert_allclose(error(narrow, wide, rows), 0.5 * 0.04, rtol=1e-4)
+    turned = torch.tensor([[0.0, -1.0], [1.0, 0.0]])
+    assert_allclose(error(ajar @ turned.T, shut @ turned.T, rows), 2 * 0.02, rtol=1e-4)
+
+
+def test_lips_stay_parted_as_photographed():
+    """A morph may not open lips whose photo shows them shut."""
+    rng = np.random.default_rng(0)
+    photo = np.zeros((478, 3), np.float32)
+    photo[:, :2] = rng.uniform(-0.5, 0.5, (478, 2))
+    x = np.linspace(-0.2, 0.2, 11)
+    for rows in (marks.LIPS_INNER_UPPER, marks.LIPS_INNER_LOWER, marks.LIPS_OUTER_UPPER):
+        photo[rows, 0], photo[rows, 1] = x, 0.2
+    morphed = photo.copy()
+    morphed[marks.LIPS_INNER_LOWER[1:-1], 1] += 0.08
+    for share, opening in ((1.0, 0.0), (0.0, 0.0)):
+        shape = morphed.copy()
+        faces_module.part_lips(shape, photo, share)
+        gap = shape[marks.LIPS_INNER_LOWER, 1] - shape[marks.LIPS_INNER_UPPER, 1]
+        assert_allclose(gap, opening, atol=1e-6)
+    shape = photo.copy()
+    faces_module.part_lips(shape, morphed, 0.5)
+    gap = shape[marks.LIPS_INNER_LOWER, 1] - shape[marks.LIPS_INNER_UPPER, 1]
+    assert_allclose(gap[1:-1], 0.04, atol=1e-6)
 
 
 def test_pictures_without_points_are_refused(photos, tmp_path):
@@ -130,10 +279,9 @@ def test_samples_depend_on_their_number_alone(photos):
     faces = faces_module.Faces(
         photos_module.read_photos(photos, photos / "dense.npz"), Backgrounds((), count=3)
     )
-    for kind in (dataset.PointsSamples, dataset.FinderSamples):
-        one, two = kind(faces, 0, 9)[5], kind(faces, 0, 9)[5]
-        for a, b in zip(one, two):
-            assert_allclose(a, b)
+    one, two = (dataset.FinderSamples(faces, 0, 9)[5] for _ in "ab")
+    for a, b in zip(one, two):
+        assert_allclose(a, b)
 
 
 def test_finder_target_marks_the_cell_of_the_center():
@@ -167,8 +315,11 @@ def test_perfect_finder_has_no_loss():
 
 
 def test_rate_rises_stays_and_falls():
-    plan = options(steps=1000, rate=1.0, decay_from=0.5)
-    assert_allclose([detector.rate_at(s, plan) for s in (100, 200, 501, 751)], [0.5, 1, 1, 0.5])
+    plan = options(rate=1.0, decay_from=0.5)
+    found = [
+        detector.rate_at(*at, plan) for at in ((150, 0.0), (300, 0.4), (900, 0.75), (999, 1.0))
+    ]
+    assert_allclose(found, [0.5, 1, 0.5, 0], atol=1e-9)
 
 
 @pytest.mark.parametrize("step", [augment.light, augment.tone, augment.saturation, augment.blur,
