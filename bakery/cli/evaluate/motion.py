@@ -31,6 +31,27 @@ def track(head, people, frames, seed):
 
 
 @click.command(cls=options.Command)
+@click.argument("clips", type=click.Path(path_type=Path))
+@options.detector
+@options.head
+def talk(clips, detector, head):
+    """How well lips are seen to move in CLIPS of talking people.
+
+    CLIPS is a folder with dense478.npz, the reference points of every frame of the clips that it
+    names.
+    """
+    from bakery.evaluate.detection import talk as talking
+    from bakery.heads.file import load_head
+    from bakery.plugins import plug_in
+
+    finder, model, rows = plug_in("detectors", detector), load_head(head), []
+    for path, reference in talking.clips(clips):
+        rows.append(talking.measure(path, reference, finder, model))
+        click.echo(json.dumps(rows[-1]))
+    click.echo(json.dumps(talking.summary(rows)))
+
+
+@click.command(cls=options.Command)
 @click.argument("bundle", type=click.Path(path_type=Path))
 @click.option("--curves", required=True, type=click.Path(path_type=Path), help="Take to play.")
 @timecode_base

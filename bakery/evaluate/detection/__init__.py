@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bakery.evaluate.detection import lips
 from bakery.formats.image import read_photo
 from bakery.formats.portraits import reference_points
 from bakery.landmarks import face_size
@@ -26,6 +27,7 @@ class PhotoResult:
     error: float  # mean over 478 points, eye distances; NaN where no face was found
     worst_point: float  # largest of the 478, eye distances
     human_error: float  # mean over the human-placed points; NaN without them
+    mouth: dict  # see `lips.of_photo`
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,7 @@ class Summary:
     error_worst: float
     name_worst: str
     human_error: float  # mean over the photos with human-placed points
+    lips: dict  # see `lips.summary`
 
 
 def point_error(points, reference):
@@ -68,18 +71,19 @@ def measure(image, detector, reference, human=None):
         human: None, or (indices [n] into the 478, positions [n, 2] pixels).
 
     Returns:
-        faces found, errors [478], human error (NaN without `human`)
+        faces found, errors [478], human error (NaN without `human`), mouth (`lips.of_photo`)
     """
     faces = detect_faces(image, detector)
-    if not faces:
-        return 0, np.full(len(reference), np.nan), np.nan
-    points = faces[0].points
-    errors = point_error(points, reference)
-    if human is None:
-        return len(faces), errors, np.nan
-    indices, positions = human
-    eyes = face_size(reference)
-    return len(faces), errors, float(point_error(points[indices], (positions, eyes)).mean())
+    points = faces[0].points if faces else None
+    mouth = lips.of_photo(image, reference, points)
+    if points is None:
+        return 0, np.full(len(reference), np.nan), np.nan, mouth
+    errors, human_error = point_error(points, reference), np.nan
+    if human is not None:
+        indices, positions = human
+        eyes = face_size(reference)
+        human_error = float(point_error(points[indices], (positions, eyes)).mean())
+    return len(faces), errors, human_error, mouth
 
 
 def measure_folder(portraits, detector, sets=SETS):
@@ -102,8 +106,10 @@ def measure_folder(portraits, detector, sets=SETS):
     for path, reference in reference_points(portraits, sets).items():
         name = path.relative_to(portraits).as_posix()
         image = read_photo(path).encoded
-        count, errors, human_error = measure(image, detector, reference, human.get(name))
-        yield PhotoResult(name, count, float(errors.mean()), float(errors.max()), human_error)
+        count, errors, human_error, mouth = measure(image, detector, reference, human.get(name))
+        yield PhotoResult(
+            name, count, float(errors.mean()), float(errors.max()), human_error, mouth
+        )
 
 
 def human_points(portraits):
@@ -141,6 +147,7 @@ def summarize(results):
         error_worst=float(errors[worst]),
         name_worst=results[worst].name,
         human_error=float(np.nanmean(human)) if np.isfinite(human).any() else float("nan"),
+        lips=lips.summary([result.mouth for result in results]),
     )
 
 
