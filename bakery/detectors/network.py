@@ -17,7 +17,7 @@ import numpy as np
 from bakery.detectors import closeups, frames
 from bakery.detectors.closeups import look_closer
 from bakery.errors import ModelError
-from bakery.formats.files import digest_file
+from bakery.formats.files import digest, digest_file
 from bakery.landmarks import face_size
 from bakery.paths import ASSETS
 from bakery.types import Landmarks
@@ -166,9 +166,8 @@ def load(path: str | Path = WEIGHTS, options: NetworkOptions = NetworkOptions())
                 f"{path}: weights of another network; give a file that this version exported"
             ) from None
         networks.append(network.eval().to(memory_format=torch.channels_last))
-    return NetworkDetector(
-        *networks, options, sha256=digest_file(path) + digest_file(closeups.WEIGHTS)
-    )
+    both = digest_file(path) + digest_file(closeups.WEIGHTS)
+    return NetworkDetector(*networks, options, sha256=digest(both.encode()))
 
 
 def pyramid(image, options):

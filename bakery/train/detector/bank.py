@@ -111,18 +111,17 @@ def shard_path(folder: Path, kind: str, number: int) -> Path:
     return folder / f"{kind}-{number:05d}.npz"
 
 
-_painter = None  # of a worker process
+_painters: list = []  # of a worker process: one
 
 
 def _prepare(folder, sources, options):
-    global _painter
     runs.quiet_worker(0)
-    _painter = Painter(folder, sources, options)
+    _painters.append(Painter(folder, sources, options))
 
 
 def _paint_shard(folder, kind, number):
     path = shard_path(folder, kind, number)
-    arrays = _painter.shard(kind, number)
+    arrays = _painters[0].shard(kind, number)
     aside = path.with_suffix(f".{os.getpid()}.tmp")
     with aside.open("wb") as file:
         np.savez(file, **arrays)
