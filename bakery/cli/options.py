@@ -38,7 +38,10 @@ head = click.option(
     help="Head model: name or file.",
 )  # fmt: skip
 face = click.option(
-    "--face", type=click.IntRange(1), help="Which face, as `detect` counts, from 1."
+    "--face",
+    type=click.IntRange(1),
+    metavar="N",
+    help="Which face, 1 the largest; of several, one that stands out is taken without.",
 )
 landmarks = click.option(
     "--landmarks", type=PATH,
