@@ -19,21 +19,24 @@ PLAN = {"follow": (3, None), "fit": (1, None)}  # about how their times compare
 @options.head
 @gain
 @neutral
+@options.settings_of("track")
 @options.overwrite
-def track(clip, output, head, gain, neutral, overwrite):
+def track(clip, output, head, gain, neutral, settings, overwrite):
     """Follow the face in a video CLIP and write what it does.
 
     \b
     bakery track clip.mp4 -o take.csv
     bakery animate portrait.avatar --curves take.csv --sound clip.mp4 -o out.mp4
 
-    One person fills the clip; of several faces the largest is followed.
+    One person fills the clip; of several faces the largest is followed. Where it cannot be seen for
+    a few frames, these lie between their neighbours; in longer gaps it rests. Both are told.
     """
     from bakery.motion import files as movies
 
     options.may_write(output, overwrite)
+    chosen = options.options_of("track", settings)
     with options.progress(output.name, PLAN) as progress:
-        take = movies.tracked(clip, head, gain, neutral, progress)
+        take = movies.tracked(clip, head, gain, neutral, progress, chosen)
     options.write(output, movies.format_take(take))
     for note in take.notes:
         options.say(f"{clip}: {note}")

@@ -13,8 +13,9 @@ from bakery.formats.sequence import Sequence
 from bakery.formats.video import Clip, Note
 from bakery.heads.file import load_head
 from bakery.motion.animate import write_frames, write_video
+from bakery.motion.follow import follow
 from bakery.motion.retarget import parse_gain, retarget
-from bakery.motion.track import follow, track
+from bakery.motion.track import TrackOptions, track
 from bakery.plugins import plug_in
 
 MOSTLY = 0.9  # share of the frames that a clip promises, roughly, which are not missed
@@ -27,26 +28,28 @@ def retargeted(curves, gain=(), neutral=None, base=None):
     return retarget(read_take(curves, base), parse_gain(gain), neutral)
 
 
-def tracked(clip, head="makehuman", gain=(), neutral=None, progress=None):
+def tracked(clip, head="makehuman", gain=(), neutral=None, progress=None, options=None):
     """The take of a clip, changed as --gain and --neutral say.
 
     Args:
         clip: video file.
         head: head model, name or file.
         progress: called with (step, done, total).
+        options: TrackOptions; None takes the usual ones.
 
     Raises:
         InputError: no video, or no face in it; FitError: the face is too small.
     """
     video, factors, model = Clip(clip), parse_gain(gain), load_head(head)
+    options = options or TrackOptions()
     show = progress or (lambda step, done, total: None)
     try:
         followed = follow(
-            video.frames(), plug_in("detectors", "network"),
+            video.frames(), plug_in("detectors", "network"), options.follow,
             progress=lambda done: show("follow", done, max(video.count, done)),
         )  # fmt: skip
         count = len(followed.seconds)
-        take = track(followed, model, progress=lambda done: show("fit", done, count))
+        take = track(followed, model, options, progress=lambda done: show("fit", done, count))
     except (InputError, FitError) as error:
         raise type(error)(f"{clip}: {str(error).removeprefix(f'{clip}: ')}") from None
     if count < MOSTLY * video.count:

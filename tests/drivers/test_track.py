@@ -5,14 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bakery.detectors import frames
 from bakery.errors import FitError, InputError
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.heads.base import look, weights
-from bakery.landmarks import face_size
-from bakery.motion import track as tracking
-from bakery.motion.track import Followed, TrackOptions, follow, steady, track
+from bakery.motion.follow import Followed
+from bakery.motion.track import TrackOptions, steady, track
 from bakery.synth.scene import portrait_camera
 from bakery.types import EXPRESSION_INDEX
 
@@ -122,77 +120,6 @@ def test_smoothing_keeps_blinks_and_takes_noise():
     ramp = np.linspace(0, 1, 40)[:, None]
     np.testing.assert_allclose(steady(ramp, 1.6, 0.06)[6:-6], ramp[6:-6], atol=0.01)
     np.testing.assert_array_equal(steady(noise, 0, 0.06), noise)
-
-
-class Scripted:
-    """A detector whose answers are known; pictures carry their number in a pixel."""
-
-    def __init__(self, points, present):
-        self.points, self.present, self.found, self.crops = points, present, [], []
-
-    def detect(self, picture):
-        number = int(picture[0, 0, 0])
-        self.found.append(number)
-        if self.present[number] is None:
-            return []
-        small = self.points[number] * 0.2
-        box = np.array([0, 0, 1, 1.0])
-        face = type("Face", (), {})
-        one, other = face(), face()
-        one.points, one.box = small, box
-        other.points, other.box = self.points[number], box * 50
-        return [one, other]
-
-    def place(self, picture, found):
-        number = int(picture[0, 0, 0])
-        self.crops.append(found[0])
-        unsure = np.full((1, frames.POINTS), 3.0)  # pixels
-        return self.points[number][None], unsure, np.array([self.present[number] or 0.0])
-
-
-@pytest.fixture
-def script(head, monkeypatch):
-    monkeypatch.setattr(tracking, "look_closer", lambda picture, points: points)
-    _, _, _, points = played(head, 12)
-
-    def make(present):
-        return Scripted(points, present)
-
-    return make
-
-
-def clip(count):
-    for number in range(count):
-        picture = np.zeros((SIZE, SIZE, 3), np.uint8)
-        picture[0, 0] = number
-        yield number / 30, picture
-
-
-def test_the_face_is_found_once_and_again_when_lost(script):
-    """The largest face is taken; a frame in which nobody is found is a hole."""
-    detector = script([1, 1, 1, 0.2, 1, 1, None, None, 1, 1, 1, 1])
-    done = []
-    out = follow(clip(12), detector, progress=done.append)
-    assert detector.found == [0, 3, 6, 7, 8] and done == list(range(1, 13))
-    assert np.flatnonzero(~out.found).tolist() == [6, 7]
-    np.testing.assert_allclose(out.points[1], detector.points[1], atol=1e-4)
-    assert (out.width, out.height) == (SIZE, SIZE)
-    assert out.doubt == pytest.approx(3 / np.median(face_size(out.points[out.found])), rel=0.1)
-
-
-def test_the_crop_stays_until_the_face_has_moved(script):
-    detector = script([1] * 12)
-    detector.points = np.repeat(detector.points[:1], 12, 0)
-    detector.points[8:] += 40  # pixels
-    follow(clip(12), detector)
-    crops = [crop.center[0] for crop in detector.crops]
-    assert len(set(crops[:9])) == 1 and crops[-1] == pytest.approx(crops[0] + 40, abs=1)
-
-
-def test_a_clip_without_a_face_is_refused(script):
-    with pytest.raises(InputError, match="no face found in any frame"):
-        follow(clip(12), script([None] * 12))
-    assert frames.POINTS == 478
 
 
 def test_a_clip_is_named_once(tmp_path, monkeypatch):
