@@ -16,16 +16,20 @@ PLAN = {"follow": (3, None), "fit": (1, None)}  # about how their times compare
     "-o", "--output", required=True, type=click.Path(path_type=Path),
     help="CSV to write, as Live Link Face has it.",
 )  # fmt: skip
+@click.option(
+    "--rate", type=click.FloatRange(1, 1000), metavar="FPS", help="Frames a second of a folder."
+)
 @options.head
 @gain
 @neutral
 @options.settings_of("track")
 @options.overwrite
-def track(clip, output, head, gain, neutral, settings, overwrite):
-    """Follow the face in a video CLIP and write what it does.
+def track(clip, output, rate, head, gain, neutral, settings, overwrite):
+    """Follow the face in CLIP, a video or a folder of numbered PNG or JPEG files, and write what it does.
 
     \b
     bakery track clip.mp4 -o take.csv
+    bakery track frames/ --rate 25 -o take.csv
     bakery animate portrait.avatar --curves take.csv --sound clip.mp4 -o out.mp4
 
     One person fills the clip; of several faces the largest is followed. Where it cannot be seen for
@@ -36,7 +40,7 @@ def track(clip, output, head, gain, neutral, settings, overwrite):
     options.may_write(output, overwrite)
     chosen = options.options_of("track", settings)
     with options.progress(output.name, PLAN) as progress:
-        take = movies.tracked(clip, head, gain, neutral, progress, chosen)
+        take = movies.tracked(clip, head, gain, neutral, progress, chosen, rate)
     options.write(output, movies.format_take(take))
     for note in take.notes:
         options.say(f"{clip}: {note}")
