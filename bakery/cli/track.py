@@ -19,12 +19,16 @@ PLAN = {"follow": (3, None), "fit": (1, None)}  # about how their times compare
 @click.option(
     "--rate", type=click.FloatRange(1, 1000), metavar="FPS", help="Frames a second of a folder."
 )
+@click.option(
+    "--fits", type=click.Path(path_type=Path), metavar="DIR",
+    help="Write identity, cameras, expressions and gazes here, as fitted (two npz files).",
+)  # fmt: skip
 @options.head
 @gain
 @neutral
 @options.settings_of("track")
 @options.overwrite
-def track(clip, output, rate, head, gain, neutral, settings, overwrite):
+def track(clip, output, rate, fits, head, gain, neutral, settings, overwrite):
     """Follow the face in CLIP, a video or a folder of numbered PNG or JPEG files, and write what it does.
 
     \b
@@ -38,10 +42,12 @@ def track(clip, output, rate, head, gain, neutral, settings, overwrite):
     from bakery.motion import files as movies
 
     options.may_write(output, overwrite)
+    options.may_fill(fits, overwrite)
     chosen = options.options_of("track", settings)
     with options.progress(output.name, PLAN) as progress:
-        take = movies.tracked(clip, head, gain, neutral, progress, chosen, rate)
+        take = movies.tracked(clip, head, gain, neutral, progress, chosen, rate, fits)
     options.write(output, movies.format_take(take))
+    options.wrote(fits)
     for note in take.notes:
         options.say(f"{clip}: {note}")
     options.say(f"{output}: {len(take.seconds)} frames, {take.rate:g} a second")

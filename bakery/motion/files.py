@@ -15,9 +15,10 @@ from bakery.formats.stills import Stills
 from bakery.formats.video import Clip, Note
 from bakery.heads.file import load_head
 from bakery.motion.animate import write_frames, write_video
+from bakery.motion.fits import write_fits
 from bakery.motion.follow import follow
 from bakery.motion.retarget import parse_gain, retarget
-from bakery.motion.track import TrackOptions, track
+from bakery.motion.track import TrackOptions, solve, take_of
 from bakery.plugins import plug_in
 
 MOSTLY = 0.9  # share of the frames that a clip promises, roughly, which are not missed
@@ -47,7 +48,9 @@ def opened(clip, rate=None):
     return Stills(clip, rate) if folder else Clip(clip)
 
 
-def tracked(clip, head="makehuman", gain=(), neutral=None, progress=None, options=None, rate=None):
+def tracked(
+    clip, head="makehuman", gain=(), neutral=None, progress=None, options=None, rate=None, fits=None
+):
     """The take of a clip, changed as --gain and --neutral say.
 
     Args:
@@ -56,6 +59,7 @@ def tracked(clip, head="makehuman", gain=(), neutral=None, progress=None, option
         progress: called with (step, done, total).
         options: TrackOptions; None takes the usual ones.
         rate: frames a second of a folder; None for a video, which says its own.
+        fits: folder to write the fits of the frames to, see `motion.fits`; None for none.
 
     Raises:
         InputError: no clip, or no face in it; FitError: the face is too small.
@@ -69,14 +73,18 @@ def tracked(clip, head="makehuman", gain=(), neutral=None, progress=None, option
             progress=lambda done: show("follow", done, max(video.count, done)),
         )  # fmt: skip
         count = len(followed.seconds)
-        take = track(followed, model, options, progress=lambda done: show("fit", done, count))
+        solved = solve(followed, model, options, progress=lambda done: show("fit", done, count))
+        take = take_of(followed, solved, options)
     except (InputError, FitError) as error:
         said = str(error)  # what the readers say names the file
         raise type(error)(said if said.startswith(f"{clip}") else f"{clip}: {said}") from None
     if count < MOSTLY * video.count:
         note = f"{count} of about {video.count} frames can be read; the clip may be damaged"
         take = replace(take, notes=(note, *take.notes))
-    return retarget(take, factors, neutral)
+    take = retarget(take, factors, neutral)
+    if fits is not None:
+        write_fits(fits, solved)
+    return take
 
 
 def note_of(manifest):

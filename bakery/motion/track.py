@@ -21,6 +21,7 @@ from bakery.geometry import camera as cameras_of
 from bakery.geometry import rotation
 from bakery.heads.base import look
 from bakery.landmarks import FACE, face_size
+from bakery.motion.fits import ClipFit
 from bakery.motion.follow import FollowOptions
 from bakery.motion.gaps import filled, told
 from bakery.settings import Settings, setting
@@ -218,9 +219,16 @@ def solve_rest(model, person, weights, cameras, points, options):
 
 
 def track(followed, head, options=TrackOptions(), progress=None):
-    """The take that a clip's points tell.
+    """The take that a clip's points tell: `take_of` what `solve` finds.
 
-    Frames without a face are filled, see `gaps`; the take's notes count them.
+    Returns:
+        formats.livelink.Take.
+    """
+    return take_of(followed, solve(followed, head, options, progress), options)
+
+
+def solve(followed, head, options=TrackOptions(), progress=None):
+    """The person of a clip, and where the head is and what it does in each frame.
 
     Args:
         followed: follow.Followed.
@@ -228,7 +236,7 @@ def track(followed, head, options=TrackOptions(), progress=None):
         progress: called with the number of frames done.
 
     Returns:
-        formats.livelink.Take.
+        fits.ClipFit.
 
     Raises:
         FitError: the face is too small or fits no head.
@@ -248,7 +256,7 @@ def track(followed, head, options=TrackOptions(), progress=None):
     confidence = np.tile(trust_of(options), (len(found), 1))
     some = _spread(len(found), options.identity_frames)
     identity = solve_identity(model, points[some], confidence[some], *size, options)
-    neutral, offsets = head.neutral(identity), 0.0
+    neutral, offsets = head.neutral(identity), np.zeros((FACE, 3))
     some = _spread(len(found), options.rest_frames)
     for _ in range(options.rest_rounds):
         person = Person(model, identity, offsets)
@@ -260,27 +268,58 @@ def track(followed, head, options=TrackOptions(), progress=None):
     weights, gaze, cameras = solve_frames(
         person, head, neutral, points, confidence, size, options, progress
     )
-    gaze = gaze - np.clip(np.median(gaze, 0), -options.gaze_bias, options.gaze_bias)
-    turns = np.array([rotation.angles_of(rotation.matrix(camera.rotation)) for camera in cameras])
-    weights = steady(weights, options.near, options.alike)
-    gaze = steady(gaze, options.near, options.angle)
-    turns = steady(turns, options.near, options.angle)
-    weights = np.array([look(row, where) for row, where in zip(weights, gaze)])
 
-    bridge = options.follow.bridge
-    gaze = filled(gaze, followed.found, followed.seconds, bridge)
-    notes = told(followed.found, followed.seconds, bridge)
+    def everywhere(values, rests):
+        return filled(
+            np.array(values), followed.found, followed.seconds, options.follow.bridge, rests
+        )
+
+    return ClipFit(
+        head=head.name,
+        head_sha256=head.digest,
+        identity=identity,
+        residual=offsets,
+        focal=focal,
+        center=np.asarray(cameras[0].center),
+        size=np.array([width, height]),
+        seconds=followed.seconds,
+        found=followed.found,
+        rotation=everywhere([camera.rotation for camera in cameras], rests=False),
+        translation=everywhere([camera.translation for camera in cameras], rests=False),
+        expression=np.clip(everywhere(weights, rests=True), 0, 1),
+        gaze=everywhere(gaze, rests=True),
+    )
+
+
+def take_of(followed, fits, options=TrackOptions()):
+    """The take of a clip's fits: smoothed over time, the eyes' own fault taken off.
+
+    Frames without a face are filled, see `gaps`; the take's notes count them.
+
+    Args:
+        followed: follow.Followed; fits: fits.ClipFit of it.
+
+    Returns:
+        formats.livelink.Take.
+    """
+    found, seconds, bridge = followed.found, followed.seconds, options.follow.bridge
+    gaze, weights = fits.gaze[found], steady(fits.expression[found], options.near, options.alike)
+    gaze = gaze - np.clip(np.median(gaze, 0), -options.gaze_bias, options.gaze_bias)
+    turns = [rotation.angles_of(rotation.matrix(turn)) for turn in fits.rotation[found]]
+    turns = steady(np.array(turns), options.near, options.angle)
+    gaze = steady(gaze, options.near, options.angle)
+    weights = np.array([look(row, where) for row, where in zip(weights, gaze)])
+    gaze = filled(gaze, found, seconds, bridge)
+    notes = told(found, seconds, bridge)
     if followed.doubt > options.doubt:
         notes += (
             f"the face is hard to see (points unsure by {followed.doubt:.0%} of its size, limit "
             f"{options.doubt:.0%}); a brighter, sharper, larger picture of it is followed better",
         )
     return Take(
-        seconds=followed.seconds - followed.seconds[0],
-        weights=np.clip(filled(weights, followed.found, followed.seconds, bridge), 0, 1).astype(
-            np.float32
-        ),
-        head=filled(turns, followed.found, followed.seconds, bridge, rests=False),
+        seconds=seconds - seconds[0],
+        weights=np.clip(filled(weights, found, seconds, bridge), 0, 1).astype(np.float32),
+        head=filled(turns, found, seconds, bridge, rests=False),
         eyes=np.stack([gaze, gaze], 1),
         notes=notes,
     )

@@ -8,7 +8,9 @@ import pytest
 
 from bakery.formats import video
 from bakery.formats.image import write_image
+from bakery.formats.livelink import read_take
 from bakery.formats.video import Clip
+from bakery.motion.fits import read_fits
 
 SAMPLES = Path(__file__).resolve().parents[2] / "samples"
 FRAMES = 6
@@ -39,6 +41,30 @@ def test_a_folder_of_frames_is_the_film_of_them(bakery, clip, tmp_path):
     assert done.returncode == 0, done.stderr
     assert f"{FRAMES} frames, 25 a second" in done.stderr
     assert (tmp_path / "frames.csv").read_bytes() == (tmp_path / "film.csv").read_bytes()
+
+
+def test_fits_beside_the_take(bakery, clip, tmp_path, head):
+    """One row a frame; nothing replaced unasked, nothing written of a take that is refused."""
+    film, _ = clip
+    fits = tmp_path / "fits"
+    command = ["track", film, "-o", tmp_path / "take.csv", "--fits", fits, "--gain", "0.5"]
+    done = bakery(*command)
+    assert done.returncode == 0 and f"wrote {fits}" in done.stderr, done.stderr
+    assert sorted(path.name for path in fits.iterdir()) == ["frames.npz", "identity.npz"]
+    read, take = read_fits(fits), read_take(tmp_path / "take.csv")
+    assert len(read.seconds) == len(take.seconds) == FRAMES and read.found.all()
+    assert (read.size == (200, 250)).all() and read.head == "makehuman"
+    # It drifts by a pixel a frame; the fit of each frame goes with it.
+    places = [read.fit(number, head).landmarks_projected.mean(0) for number in range(FRAMES)]
+    drift = np.diff(np.array(places)[:, 0])
+    assert abs(drift.mean() - 1) < 0.15
+    (tmp_path / "take.csv").unlink()
+    done = bakery(*command)
+    assert done.returncode == 1 and "holds files already" in done.stderr
+    assert len(done.stderr.splitlines()) == 1 and not (tmp_path / "take.csv").exists()
+    done = bakery(*command[:4], "--fits", tmp_path / "new", "--neutral", "99")
+    assert done.returncode == 1 and not (tmp_path / "new").exists()
+    assert not (tmp_path / "take.csv").exists()
 
 
 def test_what_is_refused_of_folders(bakery, clip, tmp_path):

@@ -1,16 +1,19 @@
-"""Clips to takes: known curves come back from their points; losses and noise."""
+"""Clips to takes and fits: known curves come back from their points; losses and noise; files."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
 from bakery.errors import FitError, InputError
+from bakery.formats import record
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.heads.base import look, weights
+from bakery.landmarks import face_size
+from bakery.motion.fits import ClipFit, read_fits, write_fits
 from bakery.motion.follow import Followed
-from bakery.motion.track import TrackOptions, steady, track
+from bakery.motion.track import TrackOptions, solve, steady, take_of, track
 from bakery.synth.scene import portrait_camera
 from bakery.types import EXPRESSION_INDEX
 
@@ -143,3 +146,84 @@ def test_a_clip_is_named_once(tmp_path, monkeypatch):
     assert str(caught.value).count(str(path)) == 1
     with pytest.raises(InputError, match="^no head model 'yours'"):
         tracked(path, head="yours")
+
+
+@pytest.fixture(scope="module")
+def clip(head):
+    """Followed points of a clip, two frames of it without a face, and what was solved of them."""
+    _, _, _, points = played(head, 24)
+    seen = followed(points, missing=(10, 11))
+    return points, seen, solve(seen, head, FEW)
+
+
+def test_fits_come_back(clip, tmp_path):
+    _, _, fits = clip
+    write_fits(tmp_path / "fits", fits)
+    back = read_fits(tmp_path / "fits")
+    for field in fields(ClipFit):
+        np.testing.assert_array_equal(getattr(back, field.name), getattr(fits, field.name))
+    assert isinstance(back.head, str) and isinstance(back.focal, float)
+    assert sorted(path.name for path in (tmp_path / "fits").iterdir()) == [
+        "frames.npz", "identity.npz",
+    ]  # fmt: skip
+    before = (tmp_path / "fits" / "frames.npz").read_bytes()
+    write_fits(tmp_path / "again", back)
+    assert (tmp_path / "again" / "frames.npz").read_bytes() == before
+
+
+def test_each_row_lies_on_the_face(clip, head):
+    """Points without error, an unknown lens and head: 5% of the eye distance; a still head is 9% off."""
+    points, seen, fits = clip
+    for number in (0, 7, 18, 23):
+        fit = fits.fit(number, head)
+        apart = np.linalg.norm(fit.landmarks_projected - points[number], axis=1).mean()
+        assert apart < 0.05 * face_size(points[number])
+        assert fit.camera.width == seen.width and fit.head_sha256 == head.digest
+    assert fits.found.tolist() == seen.found.tolist() and fits.found.sum() == 22
+    middle = (fits.translation[9] * 2 + fits.translation[12]) / 3
+    np.testing.assert_allclose(fits.translation[10], middle, atol=1e-9)  # bridged
+
+
+def test_the_take_is_made_of_them(clip, head):
+    _, seen, fits = clip
+    take, whole = take_of(seen, fits, FEW), track(seen, head, FEW)
+    np.testing.assert_array_equal(take.weights, whole.weights)
+    np.testing.assert_array_equal(take.head, whole.head)
+    assert take.notes == whole.notes == ("2 frames without a face interpolated",)
+
+
+def test_what_does_not_go_together_is_refused(clip, head, tmp_path):
+    _, _, fits = clip
+    write_fits(tmp_path / "one", fits)
+    write_fits(tmp_path / "two", replace(fits, identity=fits.identity + 1))
+    (tmp_path / "one" / "frames.npz").rename(tmp_path / "two" / "frames.npz")
+    with pytest.raises(
+        InputError, match="of two clips; write both again with `bakery track --fits`"
+    ):
+        read_fits(tmp_path / "two")
+    with pytest.raises(InputError, match="frames.npz: no such file"):
+        read_fits(tmp_path / "one")
+    with pytest.raises(InputError, match="a fit of another head"):
+        replace(fits, head_sha256="other").fit(0, head)
+
+
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        ({"gaze": np.zeros((3, 2))}, "ClipFit.gaze"),
+        ({"seconds": np.zeros(24)}, "times that increase"),
+        ({"found": np.zeros(24)}, "24 truth values"),
+        ({"expression": np.full((24, 52), 2.0)}, "ClipFit.expression"),
+        ({"translation": np.full((24, 3), np.nan)}, "ClipFit.translation"),
+        ({"seconds": None}, "lacks seconds"),
+    ],
+)
+def test_damaged_rows_are_refused_in_one_line(clip, tmp_path, change, message):
+    _, _, fits = clip
+    write_fits(tmp_path, fits)
+    rows = record.read_arrays(tmp_path / "frames.npz") | change
+    rows = {name: value for name, value in rows.items() if value is not None}
+    record.write_arrays(tmp_path / "frames.npz", rows)
+    with pytest.raises(InputError, match=message) as caught:
+        read_fits(tmp_path)
+    assert "\n" not in str(caught.value) and str(tmp_path) in str(caught.value)
