@@ -23,12 +23,13 @@ PLAN = {"follow": (3, None), "fit": (1, None)}  # about how their times compare
     "--fits", type=click.Path(path_type=Path), metavar="DIR",
     help="Write identity, cameras, expressions and gazes here, as fitted (two npz files).",
 )  # fmt: skip
+@options.detector
 @options.head
 @gain
 @neutral
 @options.settings_of("track")
 @options.overwrite
-def track(clip, output, rate, fits, head, gain, neutral, settings, overwrite):
+def track(clip, output, rate, fits, detector, head, gain, neutral, settings, overwrite):
     """Follow the face in CLIP, a video or a folder of numbered PNG or JPEG files, and write what it does.
 
     \b
@@ -45,7 +46,7 @@ def track(clip, output, rate, fits, head, gain, neutral, settings, overwrite):
     options.may_fill(fits, overwrite)
     chosen = options.options_of("track", settings)
     with options.progress(output.name, PLAN) as progress:
-        take = movies.tracked(clip, head, gain, neutral, progress, chosen, rate, fits)
+        take = movies.tracked(clip, head, gain, neutral, progress, chosen, rate, fits, detector)
     options.write(output, movies.format_take(take))
     options.wrote(fits)
     for note in take.notes:

@@ -134,7 +134,7 @@ def measure(head, detector, seed, count, still=24, pictures=None):
 
     Args:
         head: head model, of the painter and of the fit.
-        detector: detectors.network.NetworkDetector.
+        detector: detectors.base.Detector.
         count: frames.
         still: frames of the still face.
         pictures: frames that were painted before with this seed and count, or None.

@@ -49,7 +49,15 @@ def opened(clip, rate=None):
 
 
 def tracked(
-    clip, head="makehuman", gain=(), neutral=None, progress=None, options=None, rate=None, fits=None
+    clip,
+    head="makehuman",
+    gain=(),
+    neutral=None,
+    progress=None,
+    options=None,
+    rate=None,
+    fits=None,
+    detector="network",
 ):
     """The take of a clip, changed as --gain and --neutral say.
 
@@ -60,6 +68,7 @@ def tracked(
         options: TrackOptions; None takes the usual ones.
         rate: frames a second of a folder; None for a video, which says its own.
         fits: folder to write the fits of the frames to, see `motion.fits`; None for none.
+        detector: name of a plug-in.
 
     Raises:
         InputError: no clip, or no face in it; FitError: the face is too small.
@@ -69,7 +78,7 @@ def tracked(
     show = progress or (lambda step, done, total: None)
     try:
         followed = follow(
-            video.frames(), plug_in("detectors", "network"), options.follow,
+            video.frames(), plug_in("detectors", detector), options.follow,
             progress=lambda done: show("follow", done, max(video.count, done)),
         )  # fmt: skip
         count = len(followed.seconds)

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bakery.detectors import frames
-from bakery.detectors.closeups import look_closer
 from bakery.detectors.frames import FaceFrame
+from bakery.detectors.placing import placing
 from bakery.errors import InputError
 from bakery.landmarks import face_size
 from bakery.settings import Settings, setting
@@ -99,12 +99,13 @@ def follow(clip, detector, options=FollowOptions(), progress=None):
 
     Args:
         clip: iterable of (seconds, [H, W, 3] uint8), as `formats.video.Clip.frames` gives.
-        detector: detectors.network.NetworkDetector.
+        detector: any detectors.base.Detector; one that is no PlacingDetector finds faces anew each time.
         progress: called with the number of frames done.
 
     Raises:
         InputError: no face in any frame.
     """
+    detector = placing(detector)
     seconds, points, doubts, last, lost, size = [], [], [], None, 0, (0, 0)
     blank = np.full((frames.POINTS, 2), np.nan, np.float32)
     for number, (now, picture) in enumerate(clip):
@@ -117,7 +118,7 @@ def follow(clip, detector, options=FollowOptions(), progress=None):
             if lost > options.bridge:
                 last = None
         else:
-            mended, _ = look_closer(picture, seen.points, seen.errors)
+            mended, _ = detector.closer(picture, seen.points, seen.errors)
             points.append(mended.astype(np.float32))
             doubts.append(seen.doubt)
             after = frames.frame_of_points(mended)

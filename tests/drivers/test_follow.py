@@ -14,6 +14,7 @@ from bakery.motion import follow as following
 from bakery.motion.follow import FollowOptions, follow
 from bakery.motion.gaps import filled, gaps_of, told
 from bakery.plugins import plug_in
+from bakery.types import Landmarks
 
 SIZE, FACE = 384, 100.0
 SAMPLES = Path(__file__).resolve().parents[2] / "samples"
@@ -23,9 +24,8 @@ SHAPE[33], SHAPE[263] = (-0.25, -0.1), (0.25, -0.1)
 
 
 def face(points):
-    found = type("Face", (), {})()
-    found.points, found.box = points, np.r_[points.min(0), np.ptp(points, axis=0)]
-    return found
+    box = np.r_[points.min(0), np.ptp(points, axis=0)]
+    return Landmarks(box, 0.9, points, np.ones(frames.POINTS))
 
 
 class Scripted:
@@ -33,6 +33,8 @@ class Scripted:
 
     Beside the face stands a smaller one.
     """
+
+    name, sha256 = "scripted", ""
 
     def __init__(self, present, centers=None):
         """
@@ -57,11 +59,8 @@ class Scripted:
         unsure = np.full((1, frames.POINTS), 3.0)  # pixels
         return self.points[number][None], unsure, np.array([self.present[number] or 0.0])
 
-
-@pytest.fixture(autouse=True)
-def no_closer_look(request, monkeypatch):
-    if "shipped" not in request.fixturenames:
-        monkeypatch.setattr(following, "look_closer", lambda picture, *seen: seen)
+    def closer(self, picture, points, errors):
+        return points, errors
 
 
 def clip(count):
