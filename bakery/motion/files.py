@@ -74,11 +74,11 @@ def tracked(
         InputError: no clip, or no face in it; FitError: the face is too small.
     """
     video, factors, model = opened(clip, rate), parse_gain(gain), load_head(head)
-    options = options or TrackOptions()
+    options, finder = options or TrackOptions(), plug_in("detectors", detector)
     show = progress or (lambda step, done, total: None)
     try:
         followed = follow(
-            video.frames(), plug_in("detectors", detector), options.follow,
+            video.frames(), finder, options.follow,
             progress=lambda done: show("follow", done, max(video.count, done)),
         )  # fmt: skip
         count = len(followed.seconds)
