@@ -6,6 +6,8 @@ import shutil
 import sys
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from bakery import testing
@@ -82,6 +84,20 @@ def test_a_detector_by_name(process, installed, tmp_path):
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["detector"]["name"] == "mirrored"
     assert json.loads(done.stdout)["detector"]["version"] == "1.2"
+
+
+def test_a_clip_is_followed_by_a_detector_that_only_detects(process, installed, tmp_path):
+    sample = cv2.imread(str(Path(__file__).parents[1] / "samples" / "bela.jpg"))
+    small = cv2.resize(sample, None, fx=0.3, fy=0.3, interpolation=cv2.INTER_AREA)
+    (tmp_path / "in").mkdir()
+    for number in range(2):
+        cv2.imwrite(str(tmp_path / "in" / f"{number}.png"), np.roll(small, number, 1))
+    command = ["track", tmp_path / "in", "--rate", "25", "-o", tmp_path / "take.csv"]
+    done = process(*command, "--detector", "mirrored", env=installed)
+    assert done.returncode == 0, done.stderr
+    assert "2 frames, 25 a second" in done.stderr and "without a face" not in done.stderr
+    done = process(*command, "--overwrite", "--detector", "miror", env=installed)
+    assert done.returncode == 2 and "no detector 'miror'; did you mean 'mirrored'?" in done.stderr
 
 
 def test_a_command(bakery, process, installed):

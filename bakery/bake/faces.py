@@ -1,5 +1,6 @@
 """Detect: which faces a photo shows, and which of them is meant."""
 
+import logging
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,9 +8,15 @@ from bakery.detectors.base import Detector
 from bakery.detectors.file import FileDetector
 from bakery.errors import InputError
 from bakery.formats import image
+from bakery.formats.record import read_choice
 from bakery.plugins import maker_of, plug_in
 from bakery.stages.detect import SMALLEST_FACE, detect_faces, face_size
 from bakery.types import Landmarks, Photo
+
+log = logging.getLogger(__name__)
+LARGER = 1.5  # times that a face is larger than every other one, to be taken without a number
+LESS_SURE = 0.1  # of score at most, below another face: a sharp passer-by is as sure as a sitter is
+SHOWN = 6  # faces that a message lists
 
 
 def find_faces(
@@ -55,6 +62,42 @@ def landmarks_file(landmarks: Path | None, photo: Path) -> Path | None:
     return landmarks
 
 
+def choose_face(path: Path | str, faces: list[Landmarks], number: int | None = None) -> Landmarks:
+    """The face that is meant of all that a photo shows.
+
+    Without a number that is the one which is clearly the largest and no less sure than the others:
+    a face in a picture on the wall, or somebody behind, does not stop a bake.
+
+    Args:
+        path: what messages call the photo.
+        faces: the largest first, at least one.
+        number: which face, from 1; None to take the one that stands out.
+
+    Raises:
+        InputError: no face stands out and no number is given, or there is no such number.
+    """
+    if number is not None:
+        if number > len(faces):
+            raise InputError(
+                f"{path}: has {len(faces)} face(s), no face {number}; give a lower --face"
+            )
+        return faces[number - 1]
+    first, *others = faces
+    if all(
+        face_size(first) >= LARGER * face_size(face) and first.score >= face.score - LESS_SURE
+        for face in others
+    ):
+        return first
+    listed = ", ".join(
+        f"{k} at ({face.box[0]:.0f}, {face.box[1]:.0f}) of {face_size(face):.0f} pixels"
+        for k, face in enumerate(faces[:SHOWN], 1)
+    )
+    raise InputError(
+        f"{path}: {len(faces)} faces ({listed}), none of them clearly the largest and surest; "
+        "choose one with --face N"
+    )
+
+
 def one_face(
     path: Path | str,
     frame: int | None = None,
@@ -67,20 +110,22 @@ def one_face(
 
     Args:
         path, frame, landmarks, detector, photo: see `find_faces`.
-        number: which face, from 1; None if there is but one.
+        number: which face, from 1; None takes what the landmarks' file says, or else the one that
+            stands out; see `choose_face`.
 
     Raises:
-        InputError: several faces and no number, or a face that is too small.
+        InputError: no face stands out, there is no such face, or it is too small.
     """
     photo, faces = find_faces(path, frame, landmarks, detector, photo)
+    if number is None and landmarks:
+        number = read_choice(landmarks)
+    chosen = choose_face(path, faces, number)
     if number is None and len(faces) > 1:
-        boxes = ", ".join(
-            f"{k} at ({face.box[0]:.0f}, {face.box[1]:.0f})" for k, face in enumerate(faces[:6], 1)
-        )
-        raise InputError(f"{path}: {len(faces)} faces ({boxes}); choose one with --face N")
-    if number is not None and number > len(faces):
-        raise InputError(f"{path}: has {len(faces)} face(s), no face {number}; give a lower --face")
-    chosen = faces[(number or 1) - 1]
+        sizes = ", ".join(f"{face_size(face):.0f}" for face in faces[1 : SHOWN + 1])
+        log.warning(
+            "%s: took the largest face (%.0f pixels); left out %d more (%s pixels), see --face N",
+            path, face_size(chosen), len(faces) - 1, sizes,
+        )  # fmt: skip
     if face_size(chosen) < SMALLEST_FACE:
         raise InputError(
             f"{path}: the face is {face_size(chosen):.0f} pixels large; at least {SMALLEST_FACE} "

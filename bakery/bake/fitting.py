@@ -12,6 +12,7 @@ from bakery.formats import record
 from bakery.formats.work import key_of
 from bakery.heads.base import HeadModel
 from bakery.heads.lashes import with_lashes
+from bakery.landmarks import face_size
 from bakery.stages import assess
 from bakery.stages.detect import detect_faces
 from bakery.stages.fit import fit, prepare
@@ -77,6 +78,21 @@ def check_head(where: Path | str, fit: Fit, head: HeadModel) -> None:
         raise InputError(
             f"{where}: a fit of another head ('{fit.head}'), this one is '{head.name}' in another "
             "version or by another name; give its --head, or fit again"
+        )
+
+
+def check_same_face(where: Path | str, fit: Fit, landmarks: Landmarks) -> None:
+    """Refuse a fit of another face of the same photo.
+
+    Raises:
+        InputError: the fit lies farther from the landmarks than the outer eye corners are apart;
+            a poor fit of the same face is off by a tenth of that.
+    """
+    apart = np.linalg.norm(fit.landmarks_projected - landmarks.points, axis=1)
+    if np.median(apart) > face_size(landmarks.points):
+        raise InputError(
+            f"{where}: a fit of another face than the one that is taken, {np.median(apart):.0f} "
+            "pixels off; give the --face that was fitted, or fit again"
         )
 
 

@@ -13,7 +13,14 @@ import numpy as np
 from bakery.bake.bundle import exporters, write_bundle
 from bakery.bake.estimate import estimate
 from bakery.bake.faces import landmarks_file, one_face
-from bakery.bake.fitting import check_head, examine, fit_portrait, made_from, segment_portrait
+from bakery.bake.fitting import (
+    check_head,
+    check_same_face,
+    examine,
+    fit_portrait,
+    made_from,
+    segment_portrait,
+)
 from bakery.bake.kept import Kept
 from bakery.bake.mask import draw_masks
 from bakery.bake.options import BuildOptions
@@ -176,7 +183,7 @@ def read_portrait(request: Request, fitted: Path, head: HeadModel) -> Portrait:
     """A portrait whose fit stands in a file.
 
     Raises:
-        InputError: the fit is of another head or photo.
+        InputError: the fit is of another head, photo or face.
     """
     fit = record.read_fit(fitted)
     check_head(fitted, fit, head)
@@ -189,6 +196,7 @@ def read_portrait(request: Request, fitted: Path, head: HeadModel) -> Portrait:
             f"{fitted}: a fit of a photo of {fit.camera.width}x{fit.camera.height}, "
             f"{request.photo} has {width}x{height}; fit this photo"
         )
+    check_same_face(fitted, fit, landmarks)
     segmentation = segment_portrait(photo, landmarks, request.options)
     findings = examine(
         request.photo,

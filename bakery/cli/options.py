@@ -24,6 +24,7 @@ SETTINGS = {  # whose settings --set changes -> where its options dataclass is
     "identity": "bakery.train.identity:IdentityOptions",
     "pagan": "bakery.train.pagan:PaganOptions",
     "segment-network": "bakery.train.segment:SegmentTraining",
+    "track": "bakery.motion.track:TrackOptions",
 }
 
 photo = click.argument("photo", type=PATH)
@@ -38,7 +39,10 @@ head = click.option(
     help="Head model: name or file.",
 )  # fmt: skip
 face = click.option(
-    "--face", type=click.IntRange(1), help="Which face, as `detect` counts, from 1."
+    "--face",
+    type=click.IntRange(1),
+    metavar="N",
+    help="Which face, 1 the largest; of several, one that stands out is taken without.",
 )
 landmarks = click.option(
     "--landmarks", type=PATH,
@@ -259,8 +263,8 @@ def build_options(preset, settings, resolution=None):
     return presets.options_from(options_class("build"), tables, f"preset {preset}")
 
 
-def training_options(of, settings, **given):
-    """The options of a training: those of `given` that are not None, with --set on top."""
+def options_of(of, settings, **given):
+    """The options of a training or of `track`: those of `given` that are not None, with --set on top."""
     from bakery import preset as presets
 
     table = {name: value for name, value in given.items() if value is not None}

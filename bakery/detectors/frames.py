@@ -25,7 +25,7 @@ class FaceFrame:
     roll: float  # radians; positive where the subject's left eye lies lower in the picture
 
 
-def frame_of_points(points):
+def frame_of_points(points: np.ndarray) -> FaceFrame:
     """The frame that belongs to 478 points.
 
     Args:

@@ -8,6 +8,7 @@ mouth (`closeups`).
 torch is imported on the first use, for it takes a second.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +17,7 @@ import numpy as np
 
 from bakery.detectors import closeups, frames
 from bakery.detectors.closeups import look_closer
+from bakery.detectors.frames import FaceFrame
 from bakery.errors import ModelError
 from bakery.formats.files import digest, digest_file
 from bakery.landmarks import face_size
@@ -43,7 +45,7 @@ class NetworkOptions:
 
 
 class NetworkDetector:
-    """See `bakery.detectors.base.Detector`."""
+    """See `bakery.detectors.base.PlacingDetector`."""
 
     name = "network"
 
@@ -92,7 +94,9 @@ class NetworkDetector:
                 kept.append(frame)
         return scores, kept
 
-    def place(self, image, found):
+    def place(
+        self, image: np.ndarray, found: Sequence[FaceFrame]
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Look at the upright crop of each frame.
 
         Returns:
@@ -107,6 +111,12 @@ class NetworkDetector:
             shapes[i] = frames.apply_affine(inverse, shapes[i])
             errors[i] *= np.sqrt(abs(np.linalg.det(inverse[:, :2])))
         return shapes, errors, 1 / (1 + np.exp(-logits))
+
+    def closer(
+        self, image: np.ndarray, points: np.ndarray, errors: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Closer looks at eyes and mouth; see `closeups.look_closer`."""
+        return look_closer(image, points, errors)
 
     def _run(self, network, images):
         """Pictures [n, H, W, 3] uint8 through a network; a tuple of float32 arrays."""

@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bakery.heads.base import look, weights
-from bakery.motion.track import follow, track
+from bakery.motion.follow import follow
+from bakery.motion.track import track
 from bakery.stages.texture.mouth import smiling, talking
 from bakery.synth.render import dress, paint
 from bakery.synth.scene import EXPRESSIVE, portrait_camera, random_scene
@@ -133,7 +134,7 @@ def measure(head, detector, seed, count, still=24, pictures=None):
 
     Args:
         head: head model, of the painter and of the fit.
-        detector: detectors.network.NetworkDetector.
+        detector: detectors.base.Detector.
         count: frames.
         still: frames of the still face.
         pictures: frames that were painted before with this seed and count, or None.

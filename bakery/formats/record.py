@@ -65,12 +65,15 @@ def _refuse_constant(text):
     raise ValueError(text)
 
 
-def faces_to_table(width: int, height: int, faces: Sequence[Landmarks]) -> dict[str, object]:
+def faces_to_table(
+    width: int, height: int, faces: Sequence[Landmarks], chosen: int | None = None
+) -> dict[str, object]:
     """What `bakery detect` writes of a photo.
 
     Args:
         width, height: pixels of the upright photo.
-        faces: Landmarks of each face, at least one, all of one detector.
+        faces: Landmarks of each face, at least one, all of one detector, the largest first.
+        chosen: the one that is meant, from 1; None leaves that to who reads the file.
     """
     return {
         "image": {"width": int(width), "height": int(height)},
@@ -84,7 +87,7 @@ def faces_to_table(width: int, height: int, faces: Sequence[Landmarks]) -> dict[
             }
             for face in faces
         ],
-    }
+    } | ({} if chosen is None else {"face": chosen})
 
 
 def faces_from_table(
@@ -264,6 +267,20 @@ class _reading:
 def read_faces(path: str | Path) -> tuple[tuple[int, int], list[Landmarks]]:
     """`faces_from_table` of a file."""
     return faces_from_table(path, parse(path, read_bytes(path, LARGEST_JSON)))
+
+
+def read_choice(path: str | Path) -> int | None:
+    """The face that is meant by a file that `bakery detect --face N` wrote, from 1; None if none is.
+
+    Raises:
+        InputError: it is no such number.
+    """
+    table = parse(path, read_bytes(path, LARGEST_JSON))
+    with _reading(path, "bakery detect"):
+        chosen = table.get("face")
+        if chosen is not None and not (type(chosen) is int and 1 <= chosen <= len(table["faces"])):
+            raise ValueError(f"face {str(chosen)[:20]!r} of {len(table['faces'])}")
+        return chosen
 
 
 def read_fit(path: str | Path) -> Fit:

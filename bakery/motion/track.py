@@ -1,6 +1,6 @@
-"""A clip of a talking person to a take: points in every frame, one person, weights that do not shake.
+"""The points of a clip to a take: one person, weights that do not shake.
 
-    frames -> points (crop after crop, found anew when lost) -> identity (from some frames at once)
+    points of each frame (`follow`) -> identity (from some frames at once)
            -> pose and weights of each frame -> smoothing that keeps blinks
 
 References:
@@ -14,14 +14,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bakery.detectors import frames
-from bakery.detectors.closeups import look_closer, seen_close
-from bakery.errors import FitError, InputError
+from bakery.detectors.closeups import seen_close
+from bakery.errors import FitError
 from bakery.formats.livelink import Take
 from bakery.geometry import camera as cameras_of
 from bakery.geometry import rotation
 from bakery.heads.base import look
 from bakery.landmarks import FACE, face_size
-from bakery.stages.detect import SMALLEST_FACE
+from bakery.motion.fits import ClipFit
+from bakery.motion.follow import FollowOptions
+from bakery.motion.gaps import filled, told
+from bakery.settings import Settings, setting
 from bakery.stages.fit import EYE_CORNERS, NEAREST, FitOptions, landmark_model
 from bakery.stages.fit import SMALLEST_FACE as SMALLEST_EYES
 from bakery.stages.fit import expressions as groups
@@ -52,97 +55,38 @@ RIVALS = [tuple(_PLACE[EXPRESSION_INDEX[name]] for name in pair) for pair in _RI
 
 
 @dataclass(frozen=True)
-class TrackOptions:
+class TrackOptions(Settings):
     """How a clip is followed and fitted."""
 
-    presence: float = 0.5  # the points network's doubt below which the face is found anew
-    hold: float = 0.04  # face sizes that the face may move in its crop before the crop follows
-    identity_frames: int = 12  # of the clip, spread evenly, that say who this is
-    identity_rounds: int = 6
-    steps: int = 3  # Gauss-Newton steps of a frame, from the one before
-    rest_frames: int = 60  # of the clip, spread evenly, that say how the person rests
-    rest_rounds: int = 2
-    rest: float = 0.05  # share of the frames in which a weight is taken for the person's own
-    gaze_bias: float = 8.0  # degrees of the median gaze that are taken for the eyeballs' fault
+    follow: FollowOptions = field(default_factory=FollowOptions)
+    identity_frames: int = setting(12, "of the clip, spread evenly, that say who this is", 1, 1000)
+    identity_rounds: int = setting(6, "Gauss-Newton steps of the identity", 0, 100)
+    steps: int = setting(3, "Gauss-Newton steps of a frame, from the one before", 1, 100)
+    rest_frames: int = setting(
+        60, "of the clip, spread evenly, that say how the person rests", 1, 10000
+    )
+    rest_rounds: int = setting(2, "rounds in which that is found", 0, 100)
+    rest: float = setting(
+        0.05, "share of the frames in which a weight is taken for the person's own", 0, 1
+    )
+    gaze_bias: float = setting(
+        8.0, "of the median gaze at most that is taken for the eyeballs' fault", 0, 90,
+        unit="degrees",
+    )  # fmt: skip
     # With a known person, weights need less reluctance than in one photo (docs/log-drive.md).
     weights: Weights = field(
         default_factory=lambda: Weights(sparse=2.0, expression=16.0, identity=3.0)
     )
-    # Trust in points that the close-ups do not see: forehead and contour, which the points network
-    # places six times as far off.
-    trust: float = 0.02
-    near: float = 1.6  # frames, sigma of the smoothing in time
-    alike: float = 0.06  # weight, sigma of the smoothing in value: blinks are far beyond it
-    angle: float = 1.0  # degrees, the same for head and gaze
-    doubt: float = 0.04  # face sizes of expected error above which the take says that it is unsure
-
-
-@dataclass(frozen=True, eq=False)
-class Followed:
-    """The points of a clip of N frames."""
-
-    seconds: np.ndarray  # [N]
-    points: np.ndarray  # [N, L, 2] float32 pixels; nan where no face was found
-    width: int
-    height: int
-    doubt: float = 0.0  # median error that the points network expects of itself, face sizes
-
-    @property
-    def found(self):
-        """[N] bool."""
-        return np.isfinite(self.points[:, 0, 0])
-
-
-def follow(clip, detector, options=TrackOptions(), progress=None):
-    """Points in every frame.
-
-    Args:
-        clip: iterable of (seconds, [H, W, 3] uint8), as `formats.video.Clip.frames` gives.
-        detector: detectors.network.NetworkDetector.
-        progress: called with the number of frames done.
-
-    Raises:
-        InputError: no face in any frame.
-    """
-    seconds, points, doubts, frame, size = [], [], [], None, (0, 0)
-    blank = np.full((frames.POINTS, 2), np.nan, np.float32)
-    for number, (now, picture) in enumerate(clip):
-        size = picture.shape[:2]
-        seen, frame, doubt = _look(picture, detector, frame, options)
-        seconds.append(now)
-        doubts.append(doubt)
-        points.append(blank if seen is None else seen.astype(np.float32))
-        if progress is not None:
-            progress(number + 1)
-    found = [doubt for doubt in doubts if doubt is not None]
-    if not found:
-        raise InputError(
-            "no face found in any frame; give a clip of one face, upright and at least "
-            f"{SMALLEST_FACE} pixels large"
-        )
-    return Followed(np.array(seconds), np.array(points), size[1], size[0], float(np.median(found)))
-
-
-def _look(picture, detector, frame, options):
-    """Points [L, 2] or None, the crop for the next frame or None, doubt in face sizes or None."""
-    if frame is not None:
-        shapes, errors, presence = detector.place(picture, [frame])
-        if presence[0] < options.presence:
-            frame = None
-    if frame is None:
-        faces = detector.detect(picture)
-        if not faces:
-            return None, None, None
-        largest = max(faces, key=lambda face: face.box[2] * face.box[3])
-        frame = frames.frame_of_points(largest.points)
-        shapes, errors, _ = detector.place(picture, [frame])
-    mended, _ = look_closer(picture, shapes[0], errors[0])
-    seen = frames.frame_of_points(mended)
-    moved = np.linalg.norm(seen.center - frame.center) / frame.size
-    moved = max(moved, abs(np.log(seen.size / frame.size)), abs(seen.roll - frame.roll))
-    # A crop that follows every tremor of its own answer would pass it on.
-    after = seen if moved > options.hold else frame
-    return mended, after, float(errors[0].mean() / face_size(shapes[0]))
+    # The points network places forehead and contour six times as far off.
+    trust: float = setting(0.02, "in points that the close-ups do not see", 1e-6, 1)
+    near: float = setting(1.6, "sigma of the smoothing in time", 0, 100, unit="frames")
+    # Blinks are far beyond it.
+    alike: float = setting(0.06, "sigma of the smoothing in value, of weights", 1e-6, 10)
+    angle: float = setting(1.0, "the same for head and gaze", 1e-6, 90, unit="degrees")
+    doubt: float = setting(
+        0.04, "expected error above which the take says that it is unsure", 0, 10,
+        unit="outer-eye-corner distances",
+    )  # fmt: skip
 
 
 class Person:
@@ -275,17 +219,24 @@ def solve_rest(model, person, weights, cameras, points, options):
 
 
 def track(followed, head, options=TrackOptions(), progress=None):
-    """The take that a clip's points tell.
+    """The take that a clip's points tell: `take_of` what `solve` finds.
 
-    Frames without a face lie between their neighbours; the take's notes count them.
+    Returns:
+        formats.livelink.Take.
+    """
+    return take_of(followed, solve(followed, head, options, progress), options)
+
+
+def solve(followed, head, options=TrackOptions(), progress=None):
+    """The person of a clip, and where the head is and what it does in each frame.
 
     Args:
-        followed: Followed.
+        followed: follow.Followed.
         head: HeadModel.
         progress: called with the number of frames done.
 
     Returns:
-        formats.livelink.Take.
+        fits.ClipFit.
 
     Raises:
         FitError: the face is too small or fits no head.
@@ -305,7 +256,7 @@ def track(followed, head, options=TrackOptions(), progress=None):
     confidence = np.tile(trust_of(options), (len(found), 1))
     some = _spread(len(found), options.identity_frames)
     identity = solve_identity(model, points[some], confidence[some], *size, options)
-    neutral, offsets = head.neutral(identity), 0.0
+    neutral, offsets = head.neutral(identity), np.zeros((FACE, 3))
     some = _spread(len(found), options.rest_frames)
     for _ in range(options.rest_rounds):
         person = Person(model, identity, offsets)
@@ -317,29 +268,58 @@ def track(followed, head, options=TrackOptions(), progress=None):
     weights, gaze, cameras = solve_frames(
         person, head, neutral, points, confidence, size, options, progress
     )
+
+    def everywhere(values, rests):
+        return filled(
+            np.array(values), followed.found, followed.seconds, options.follow.bridge, rests
+        )
+
+    return ClipFit(
+        head=head.name,
+        head_sha256=head.digest,
+        identity=identity,
+        residual=offsets,
+        focal=focal,
+        center=np.asarray(cameras[0].center),
+        size=np.array([width, height]),
+        seconds=followed.seconds,
+        found=followed.found,
+        rotation=everywhere([camera.rotation for camera in cameras], rests=False),
+        translation=everywhere([camera.translation for camera in cameras], rests=False),
+        expression=np.clip(everywhere(weights, rests=True), 0, 1),
+        gaze=everywhere(gaze, rests=True),
+    )
+
+
+def take_of(followed, fits, options=TrackOptions()):
+    """The take of a clip's fits: smoothed over time, the eyes' own fault taken off.
+
+    Frames without a face are filled, see `gaps`; the take's notes count them.
+
+    Args:
+        followed: follow.Followed; fits: fits.ClipFit of it.
+
+    Returns:
+        formats.livelink.Take.
+    """
+    found, seconds, bridge = followed.found, followed.seconds, options.follow.bridge
+    gaze, weights = fits.gaze[found], steady(fits.expression[found], options.near, options.alike)
     gaze = gaze - np.clip(np.median(gaze, 0), -options.gaze_bias, options.gaze_bias)
-    turns = np.array([rotation.angles_of(rotation.matrix(camera.rotation)) for camera in cameras])
-    times = followed.seconds[found]
-    weights = steady(weights, options.near, options.alike)
+    turns = [rotation.angles_of(rotation.matrix(turn)) for turn in fits.rotation[found]]
+    turns = steady(np.array(turns), options.near, options.angle)
     gaze = steady(gaze, options.near, options.angle)
-    turns = steady(turns, options.near, options.angle)
     weights = np.array([look(row, where) for row, where in zip(weights, gaze)])
-
-    def everywhere(values):
-        return np.stack([np.interp(followed.seconds, times, column) for column in values.T], 1)
-
-    gaze = everywhere(gaze)
-    lost = len(followed.seconds) - len(found)
-    notes = (f"{lost} frames without a face interpolated",) if lost else ()
+    gaze = filled(gaze, found, seconds, bridge)
+    notes = told(found, seconds, bridge)
     if followed.doubt > options.doubt:
         notes += (
             f"the face is hard to see (points unsure by {followed.doubt:.0%} of its size, limit "
             f"{options.doubt:.0%}); a brighter, sharper, larger picture of it is followed better",
         )
     return Take(
-        seconds=followed.seconds - followed.seconds[0],
-        weights=np.clip(everywhere(weights), 0, 1).astype(np.float32),
-        head=everywhere(turns),
+        seconds=seconds - seconds[0],
+        weights=np.clip(filled(weights, found, seconds, bridge), 0, 1).astype(np.float32),
+        head=filled(turns, found, seconds, bridge, rests=False),
         eyes=np.stack([gaze, gaze], 1),
         notes=notes,
     )

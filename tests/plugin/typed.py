@@ -2,8 +2,9 @@
 
 from bakery_example import MirrorDetector, PointsExporter, RedHair, StillGenerator, large_head
 
-from bakery.detectors.base import Detector
+from bakery.detectors.base import Detector, PlacingDetector
 from bakery.detectors.network import NetworkDetector
+from bakery.detectors.placing import NearestFace
 from bakery.exporters import exr, glb, head, preview, web
 from bakery.exporters.base import Exporter
 from bakery.generators.base import Generator
@@ -14,6 +15,7 @@ from bakery.hair.layer import HairLayer, NoHair
 from bakery.heads.base import HeadModel
 
 DETECTORS: list[type[Detector]] = [MirrorDetector, NetworkDetector]
+PLACING: list[type[PlacingDetector]] = [NetworkDetector, NearestFace]
 GENERATORS: list[type[Generator]] = [StillGenerator, RenderedGenerator, PaganGenerator]
 HAIR: list[type[Hair]] = [RedHair, HairLayer, NoHair]
 HEAD: HeadModel = large_head()

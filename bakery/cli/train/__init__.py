@@ -117,7 +117,7 @@ def pagan(run, pairs, steps, features, settings):
     from bakery.train import pagan as training
 
     options.may_go_on(run, marks=["options.json"])
-    chosen = options.training_options("pagan", settings, steps=steps)
+    chosen = options.options_of("pagan", settings, steps=steps)
     network = None
     if features:
         from bakery.generators.identity import load_features

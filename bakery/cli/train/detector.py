@@ -33,7 +33,7 @@ def bank(output, photos, dense, backgrounds, skins, jobs, settings):
             f"{len(photos)} --photos and {len(dense)} --dense; give one --dense for each --photos"
         )
     options.may_go_on(output, marks=["options.json"])
-    chosen = options.training_options("bank", settings)
+    chosen = options.options_of("bank", settings)
     sources = banks.Sources(tuple(zip(photos, dense)), backgrounds, skins)
     for path in banks.paint_bank(output, sources, chosen, jobs):
         click.echo(path)
@@ -56,7 +56,7 @@ def detector(network, bank, run, device, head, settings):
     from bakery.train import detector as training
 
     options.may_go_on(run, marks=["options.json"])
-    chosen = options.training_options("detector", settings, network=network)
+    chosen = options.options_of("detector", settings, network=network)
     for figures in training.train(run, bank, load_head(head), chosen, device):
         click.echo(json.dumps(figures))
 

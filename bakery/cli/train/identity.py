@@ -27,7 +27,7 @@ def identity(pairs, photos, run, output, settings, overwrite):
 
     options.may_write(output, overwrite)
     options.may_go_on(run, marks=["options.json"])
-    chosen = options.training_options("identity", settings)
+    chosen = options.options_of("identity", settings)
     for figures in training.train(run, training.People(pairs, photos), chosen):
         click.echo(json.dumps(figures))
     click.echo(json.dumps(training.export(run, output)))

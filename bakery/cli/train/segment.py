@@ -53,7 +53,7 @@ def segment(bank, real, run, device, minutes, teacher, settings):
     from bakery.train import segment as training
 
     options.may_go_on(run, marks=["options.json"])
-    chosen = options.training_options("segment-network", settings)
+    chosen = options.options_of("segment-network", settings)
     data = training.Sources(bank, real, teacher)
     for figures in training.train(run, data, chosen, device, minutes):
         click.echo(json.dumps(figures))
