@@ -18,8 +18,9 @@ from bakery.stages.segment import (
     Segmentation,
     occlusion,
     prior,
-    segment,
+    SegmentOptions,
 )
+from bakery.stages.segment import segment as label
 from bakery.stages.segment.models import GuidedFilter, histogram
 
 SIDE = 480
