@@ -12,9 +12,28 @@ from bakery import landmarks
 from bakery.check import check_array
 from bakery.stages.segment import colours, network, prior
 from bakery.stages.segment.classes import (
-    BACKGROUND, BEARD, BROWS, CLOTHES, EARS, EYES, GLASSES, HAIR, HAT, HIDDEN, LABELS, LENS, LIPS,
-    MOUTH, NECK, REGION_OF, REGIONS, SKIN, THING, Segmentation, SegmentOptions,
-)  # fmt: skip
+    BACKGROUND,
+    BEARD,
+    BROWS,
+    CLOTHES,
+    EARS,
+    EYES,
+    GLASSES,
+    HAIR,
+    HAT,
+    HIDDEN,
+    LABELS,
+    LENS,
+    LIPS,
+    MOUTH,
+    NECK,
+    REGION_OF,
+    REGIONS,
+    SKIN,
+    THING,
+    Segmentation,
+    SegmentOptions,
+)
 from bakery.stages.segment.enlarge import Window, enlarge, on_photo
 from bakery.stages.segment.frame import apply, frame_box, warp_down
 
@@ -35,7 +54,7 @@ def made_by(options: SegmentOptions) -> str:
 
 
 def segment(
-    encoded: np.ndarray, points: np.ndarray, options: SegmentOptions = SegmentOptions()
+    encoded: np.ndarray, points: np.ndarray, options: SegmentOptions | None = None
 ) -> Segmentation:
     """Label a portrait and find the skin that can be unwrapped.
 
@@ -51,6 +70,7 @@ def segment(
         FitError: points without extent, or none near the photo.
         ModelError: the network's weights are missing or damaged.
     """
+    options = options or SegmentOptions()
     check_array("encoded", encoded, (None, None, 3))
     points = np.asarray(points, np.float64)[:, :2]
     check_array("points", points, (478, 2))

@@ -2,7 +2,8 @@
 
 The network (`detectors.segmenter`) sees outlines, glasses, hats, hands and collars that colours
 confuse. It learned from painted people who all wear something below the neck, so that it calls a bare
-chest clothes; some ears go to the hair beside them. There the rules decide, and outside of its crop.
+chest clothes; some ears and bald heads go to the hair, whose edge is known to a few pixels only. There
+the rules decide, and outside of its crop.
 """
 
 import cv2
@@ -13,9 +14,23 @@ from bakery.detectors import portrait
 from bakery.formats.files import digest_file
 from bakery.stages.segment import colours, overlays, prior
 from bakery.stages.segment.classes import (
-    BACKGROUND, BEARD, BROWS, CLOTHES, EARS, EYES, GLASSES, HAIR, HAT, LENS, LIPS, MOUTH, NECK, SKIN,
-    THING, Found,
-)  # fmt: skip
+    BACKGROUND,
+    BEARD,
+    BROWS,
+    CLOTHES,
+    EARS,
+    EYES,
+    GLASSES,
+    HAIR,
+    HAT,
+    LENS,
+    LIPS,
+    MOUTH,
+    NECK,
+    SKIN,
+    THING,
+    Found,
+)
 from bakery.stages.segment.enlarge import Window
 from bakery.stages.segment.frame import apply, warp_matrix
 
@@ -27,6 +42,7 @@ LABEL_OF = np.array(  # of each of portrait.CLASSES
 WORN = 0.1  # area of glasses over the square of the eye distance from which they are believed
 SURE_THING = (0.05, 0.93)  # area over that of the face, mean share, of a thing that is believed
 SURE_BEARD = (0.85, 8.0)  # mean share, distance in Lab from the cheeks (half of that in lightness)
+HAIRLINE = 0.06  # of the face size, from the hair of the network: there the rules draw its edge
 HUE = 3.5  # standard deviations from the face's own hue up to which skin is believed
 SPECK = 0.002  # of the squared face size: smaller parts of skin, and holes in it, are mistakes
 
@@ -58,10 +74,7 @@ def classify(window: Window, rounds: int) -> Found:
     ruled = colours.classify(window, rounds)
 
     shares = _plausible(shares, window.small, points, radius)
-    bare = (ruled.shares[SKIN] > 0.5) & (ruled.hue < HUE) & inside
-    _take_over(shares, portrait.CLOTH, portrait.NECK, bare & (radius > 1) & (angle > 110))
-    beside = (radius > 0.97) & (radius < 1.35) & (angle > 65) & (angle < 120)
-    _take_over(shares, portrait.HAIR, portrait.EARS, bare & beside)
+    _follow_rules(shares, ruled, inside, angle, radius)
     labels = LABEL_OF[shares.argmax(0)]
 
     glasses, clear = _eyewear(window.small, labels, points, radius)
@@ -132,6 +145,23 @@ def _bearded(sureness, beard, small, points, radius):
     lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB)
     off = np.median(lab[beard], 0) - np.median(lab[cheeks], 0)
     return np.linalg.norm(off * [0.5, 1, 1]) > apart
+
+
+def _follow_rules(shares, ruled, inside, angle, radius):
+    """Where hair ends and what is bare: the colour rules see it finer, or know it better."""
+    top = shares.argmax(0)
+    hairy = top == portrait.HAIR
+    bare = (ruled.shares[SKIN] > 0.5) & (ruled.hue < HUE) & inside
+    below = (radius > 1) & (angle > 110)
+    _take_over(shares, portrait.CLOTH, portrait.NECK, bare & below)
+    beside = (radius > 0.97) & (radius < 1.35) & (angle > 65) & (angle < 120)
+    _take_over(shares, portrait.HAIR, portrait.EARS, bare & beside)
+    _take_over(shares, portrait.HAIR, portrait.SKIN, bare & ~beside)
+    side = 2 * round(HAIRLINE * prior.FACE) + 1
+    near = cv2.dilate(hairy.astype(np.uint8), np.ones((side, side), np.uint8)) > 0
+    grown = np.isin(top, portrait.BODY) & near & (ruled.shares[HAIR] > 0.5) & inside
+    for label in portrait.BODY:
+        _take_over(shares, label, portrait.HAIR, grown)
 
 
 def _take_over(shares, loser, winner, where):
