@@ -42,6 +42,7 @@ LABEL_OF = np.array(  # of each of portrait.CLASSES
 WORN = 0.1  # area of glasses over the square of the eye distance from which they are believed
 SURE_THING = (0.05, 0.93)  # area over that of the face, mean share, of a thing that is believed
 SURE_BEARD = (0.85, 8.0)  # mean share, distance in Lab from the cheeks (half of that in lightness)
+AGREED = 0.7  # see `_agreement`: below, the network decides alone
 HAIRLINE = 0.06  # of the face size, from the hair of the network: there the rules draw its edge
 HUE = 3.5  # standard deviations from the face's own hue up to which skin is believed
 SPECK = 0.002  # of the squared face size: smaller parts of skin, and holes in it, are mistakes
@@ -74,7 +75,9 @@ def classify(window: Window, rounds: int) -> Found:
     ruled = colours.classify(window, rounds)
 
     shares = _plausible(shares, window.small, points, radius)
-    _follow_rules(shares, ruled, inside, angle, radius)
+    agreed = _agreement(shares, ruled, radius) > AGREED
+    if agreed:
+        _follow_rules(shares, ruled, inside, angle, radius)
     labels = LABEL_OF[shares.argmax(0)]
 
     glasses, clear = _eyewear(window.small, labels, points, radius)
@@ -86,7 +89,7 @@ def classify(window: Window, rounds: int) -> Found:
     four = np.where(inside, np.stack([behind, body, hair, worn]), ruled.shares)
     labels = np.where(inside, labels, ruled.shares.argmax(0)).astype(np.uint8)
     _settle_specks(four)
-    hidden = (thing | ruled.hidden) & ~glasses
+    hidden = (thing | (ruled.hidden & agreed)) & ~glasses
     four[:, glasses | hidden] = 0
     face = (four[SKIN] > 0.5) & (radius < 0.8)
     return Found(four, face, glasses, hidden, labels, shadow=_warped(shadow, to_frame) * inside)
@@ -145,6 +148,14 @@ def _bearded(sureness, beard, small, points, radius):
     lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB)
     off = np.median(lab[beard], 0) - np.median(lab[cheeks], 0)
     return np.linalg.norm(off * [0.5, 1, 1]) > apart
+
+
+def _agreement(shares, ruled, radius):
+    """IoU of what both call skin in and around the face; hats, hands and hard light mislead the rules."""
+    where = (radius < 1.3) & ~ruled.hidden & ~ruled.glasses
+    one = np.isin(shares.argmax(0), (*portrait.BODY, portrait.LENS, portrait.FRAME))[where]
+    other = ruled.shares[SKIN][where] > 0.5
+    return (one & other).sum() / max((one | other).sum(), 1)
 
 
 def _follow_rules(shares, ruled, inside, angle, radius):
