@@ -36,23 +36,34 @@ def people():
     return made
 
 
-def overlap(found, truth, names):
-    """IoU of some labels together, of all pictures."""
+def seen(points):
+    """The pixels of the photo [256, 256] that the network's crop covers."""
+    side = portrait.SIDE
+    rows, columns = np.indices((side, side)) + 0.5
+    matrix = portrait.crop_matrix(points)
+    across, down = (m[0] * columns + m[1] * rows + m[2] for m in matrix)
+    return (np.minimum(across, down) > 0) & (np.maximum(across, down) < side)
+
+
+def overlap(found, people, names):
+    """IoU of some labels together, of all pictures, where the network looks."""
     members = [LABELS.index(name) for name in names]
-    pairs = [(np.isin(f, members), np.isin(t, members)) for f, t in zip(found, truth)]
+    pairs = [
+        (np.isin(f, members) & seen(points), np.isin(labels, members) & seen(points))
+        for f, (_, points, labels) in zip(found, people)
+    ]
     both, either = (sum(f(a, b).sum() for a, b in pairs) for f in (np.minimum, np.maximum))
     return both / either
 
 
 def test_classes_of_painted_people(people):
-    """The bars are what the issue asks of many people, less 0.1: these are two pictures of 256."""
+    """The bars are about 0.1 below what was measured: these are two pictures of 256 pixels."""
     found = [segment(picture, points).labels for picture, points, _ in people]
-    truth = [labels for *_, labels in people]
-    assert overlap(found, truth, ("background",)) > 0.87
-    assert overlap(found, truth, ("glasses", "lens")) > 0.7
-    assert overlap(found, truth, ("clothes",)) > 0.82
-    assert overlap(found, truth, ("skin", "brows", "ears", "neck", "eyes", "lips", "beard")) > 0.75
-    assert overlap(found, truth, ("hat",)) > 0.7
+    assert overlap(found, people, ("background",)) > 0.95
+    assert overlap(found, people, ("glasses", "lens")) > 0.7
+    assert overlap(found, people, ("clothes",)) > 0.85
+    assert overlap(found, people, ("skin", "brows", "ears", "neck", "eyes", "lips", "beard")) > 0.85
+    assert overlap(found, people, ("hat",)) > 0.85
     for name in ("lens", "brows", "neck", "hat"):
         assert (found[0] == LABELS.index(name)).any(), name
 

@@ -187,6 +187,9 @@ def _eyewear(small, labels, points, radius):
     frames = cv2.dilate((labels == GLASSES).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     if not (lens.any() or frames.any()):
         return frames, lens
+    # A thin rim is called lens; it lies along the lens's edge.
+    rim = cv2.morphologyEx(lens.astype(np.uint8), cv2.MORPH_GRADIENT, np.ones((5, 5), np.uint8)) > 0
+    frames |= rim
     opaque = overlays.find_lenses(small, points, radius)
     opaque |= overlays.find_reflections(small, frames | lens, points, radius)
     return frames | (lens & opaque), lens & ~opaque & ~frames
