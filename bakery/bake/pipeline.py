@@ -39,7 +39,7 @@ from bakery.paths import PACKAGE
 from bakery.plugins import maker_of, plug_in
 from bakery.stages.assess import Finding
 from bakery.stages.detect import face_size
-from bakery.stages.segment import Segmentation
+from bakery.stages.segment import Segmentation, made_by
 from bakery.types import Fit, Landmarks, Maker, Photo, Textures
 
 Progress = Callable[[str, int, int], None]
@@ -154,7 +154,8 @@ def find_portrait(request: Request, head: HeadModel, work: Work | None, show: Pr
     show("segment", 1, 4)
     segmentation = segment_portrait(photo, landmarks, options)
     show("fit", 1, 4)
-    key = key_of(key, head.digest, asdict(options.fit), asdict(options.segment))
+    labelled_by = asdict(options.segment), made_by(options.segment)
+    key = key_of(key, head.digest, asdict(options.fit), labelled_by)
 
     def fit() -> bytes:
         found, _ = fit_portrait(request.photo, photo, landmarks, head, options, segmentation)
@@ -282,6 +283,7 @@ def _recipe(
         _maker("hair", request.hair),
         read_targets(request.expressions).digest,
         asdict(request.options),
+        made_by(request.options.segment),
         request.keep_photo,
     )
 

@@ -6,6 +6,7 @@ The *portrait crop* is an upright square around the whole head and the shoulders
 import numpy as np
 
 from bakery.detectors import frames
+from bakery.paths import ASSETS
 
 CLASSES = (
     "background", "skin", "brows", "eyes", "lips", "mouth", "beard", "hair", "ears", "neck", "cloth",
@@ -14,6 +15,8 @@ CLASSES = (
 (
     BACKGROUND, SKIN, BROWS, EYES, LIPS, MOUTH, BEARD, HAIR, EARS, NECK, CLOTH, FRAME, LENS, HAT, THING,
 ) = range(len(CLASSES))  # fmt: skip
+BODY = (SKIN, BROWS, EYES, LIPS, MOUTH, BEARD, EARS, NECK)
+WEIGHTS = ASSETS / "detectors" / "segmenter.safetensors"
 UNSURE = 255  # label of a pixel that nobody knows the class of
 SIDE = 256  # pixels of the crop
 MARGIN = 2.0  # side of the crop over the face's size, see `frames.FaceFrame`

@@ -1,6 +1,7 @@
 """The segmentation network: classes of `portrait.CLASSES` and hard cast shadow in a portrait crop."""
 
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 
 import cv2
@@ -118,8 +119,21 @@ def load(path: Path) -> SegmentNet:
         network.load_state_dict({k: v.float() for k, v in load_file(path).items()})
     except Exception as error:  # safetensors and torch raise many kinds
         text = str(error).splitlines()[0]
-        raise ModelError(f"{path}: no weights of the segmentation network: {text}") from None
+        raise ModelError(
+            f"{path}: no weights of the segmentation network ({text}); reinstall bakery, or go by "
+            "colours: --set segment.method=colours"
+        ) from None
     return network.eval().to(memory_format=torch.channels_last)
+
+
+@cache
+def shipped() -> SegmentNet:
+    """The network with the weights that ship.
+
+    Raises:
+        ModelError: they are missing or damaged.
+    """
+    return load(portrait.WEIGHTS)
 
 
 def segment(network: SegmentNet, image: np.ndarray, points: np.ndarray):

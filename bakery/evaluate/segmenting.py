@@ -27,10 +27,6 @@ GLASSES = (
 WORN = 0.03  # area labelled glasses, over the square of the eye distance, from which they are worn
 ERROR = 0.015  # of the eye distance: how far the points are put aside, as a detector does
 GROUPS = {"glasses": (portrait.FRAME, portrait.LENS)}  # measured together too
-BODY = (
-    portrait.SKIN, portrait.BROWS, portrait.EYES, portrait.LIPS, portrait.MOUTH, portrait.BEARD,
-    portrait.EARS, portrait.NECK,
-)  # fmt: skip
 
 
 def painted(folder: Path, network, limit: int | None = None) -> dict[str, float | int]:
@@ -145,7 +141,8 @@ def skin_lost(portraits: Path, network) -> Iterator[dict]:
     for path, points in reference_points(portraits, "london/train", "neutral").items():
         image = _read(path)
         shares, cast, matrix = segmenter.segment(network, image, points)
-        bare = rules.segment(np.float32(image) / 255, points).skin > 0.95
+        by_rules = rules.SegmentOptions(method="colours")
+        bare = rules.segment(np.float32(image) / 255, points, by_rules).skin > 0.95
         placed = points @ matrix[:, :2].T + matrix[:, 2]
         sure = _polygon(placed[marks.OVAL])
         eyes = marks.face_size(placed)
@@ -153,7 +150,7 @@ def skin_lost(portraits: Path, network) -> Iterator[dict]:
         for ring in (*marks.EYES, marks.BROW_LEFT, marks.BROW_RIGHT, marks.LIPS_OUTER):
             sure &= 1 - cv2.dilate(_polygon(placed[ring]), np.ones((5, 5), np.uint8))
         skin = (sure > 0) & (segmenter.take(bare.astype(np.uint8), matrix, nearest=True) > 0)
-        wrong = ~np.isin(shares.argmax(0), BODY)
+        wrong = ~np.isin(shares.argmax(0), portrait.BODY)
         yield {
             "photo": path.stem,
             "masked": round(float(wrong[skin].mean()), 5),

@@ -39,10 +39,12 @@ GROUPS = (  # landmarks by name: which, colour; a point has the colour of the la
 LABEL_COLORS = np.array(  # [len(LABELS), 3] uint8
     [
         (70, 70, 78), (236, 170, 140), (140, 84, 36), (66, 110, 230), (0, 205, 205),
-        (255, 255, 255), (225, 30, 90), (120, 0, 50), (255, 220, 0),
+        (255, 255, 255), (225, 30, 90), (120, 0, 50), (255, 220, 0), (140, 255, 235),
+        (255, 110, 50), (205, 130, 190), (50, 20, 0), (160, 150, 30), (30, 150, 60), (170, 80, 255),
     ],
     np.uint8,
 )  # fmt: skip
+SHADED = (30, 0, 130)  # hard cast shadow
 DETECTED, FITTED = (0, 235, 120), (255, 40, 200)
 CLAY = np.array([0.82, 0.8, 0.86])
 SEE_THROUGH = 0.35  # of the photo below the fitted head
@@ -129,12 +131,15 @@ def draw_fit(
     return _legend(both, [("found", DETECTED), ("fitted", FITTED)])
 
 
-def draw_labels(picture: np.ndarray, labels: np.ndarray) -> np.ndarray:
+def draw_labels(
+    picture: np.ndarray, labels: np.ndarray, shadow: np.ndarray | None = None
+) -> np.ndarray:
     """A photo coloured by what each pixel shows, with the colours' meaning.
 
     Args:
         picture: [H, W, 3] uint8.
         labels: [H, W] uint8 into `stages.segment.LABELS`.
+        shadow: [H, W] 0..1, hard cast shadow; hatched where it is above a half.
 
     Returns:
         [h, w, 3] uint8: the photo, its longer side within SMALLEST..LARGEST, and a strip below.
@@ -149,6 +154,12 @@ def draw_labels(picture: np.ndarray, labels: np.ndarray) -> np.ndarray:
         )
         cv2.drawContours(out, edges, -1, LABEL_COLORS[label].tolist(), line, cv2.LINE_AA)
     used = [(LABELS[label], LABEL_COLORS[label].tolist()) for label in np.unique(labels)]
+    if shadow is not None and (shadow > 0.5).any():
+        dark = cv2.resize(shadow, out.shape[1::-1], interpolation=cv2.INTER_LINEAR) > 0.5
+        rows, columns = np.indices(dark.shape, sparse=True)
+        hatch = dark & ((rows + columns) % (8 * line) < 4 * line)
+        out[hatch] = (out[hatch] * 0.3 + np.array(SHADED) * 0.7 + 0.5).astype(np.uint8)
+        used.append(("cast shadow", SHADED))
     return _legend(out, used)
 
 

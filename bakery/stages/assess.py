@@ -166,9 +166,9 @@ def measure(
         "glasses": hidden["glasses"],
         "hair": hidden["hair"],
         "hidden": hidden["hidden"],
-        "covered": _sureness(landmarks, segmentation.labels, forward[0]),
+        "covered": _sureness(landmarks, segmentation.regions, forward[0]),
         "cast_shadow": fit.diagnostics.get("shadow_share", 0.0),
-        "dark": _white(photo, landmarks.points, segmentation.labels),
+        "dark": _white(photo, landmarks.points, segmentation.regions),
         "cut": _outside(photo, landmarks.points),
         **_strayed(photo, landmarks.points, seen),
         **_pixels(photo, landmarks, segmentation),
@@ -295,7 +295,7 @@ def _pixels(photo, landmarks, segmentation):
     face = np.ascontiguousarray(photo.encoded[cut], np.float32)
     size = tuple(max(8, int(round(n * scale))) for n in face.shape[1::-1])
     face = cv2.resize(face, size, interpolation=reduce)
-    skin = cv2.resize((segmentation.labels[cut] == SKIN).astype(np.uint8), size) > 0
+    skin = cv2.resize((segmentation.regions[cut] == SKIN).astype(np.uint8), size) > 0
     hull = np.zeros(skin.shape, np.uint8)
     outline = cv2.convexHull(((points - [left, top]) * scale).astype(np.int32))
     cv2.fillConvexPoly(hull, outline, 1)

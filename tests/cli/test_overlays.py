@@ -57,7 +57,7 @@ def test_folders(bakery, portrait, tmp_path):
 def test_labels_are_those_of_the_help(bakery, portrait, tmp_path):
     """The help's table is the order of LABELS, and the file's indices are labels."""
     said = " ".join(bakery("segment", "--help").stdout.split())
-    assert [name for _, name in re.findall(r"(\d) ([a-z]+)[ ,(]", said)][: len(LABELS)] == list(
+    assert [name for _, name in re.findall(r"\b(\d+) ([a-z]+)[ ,(]", said)][: len(LABELS)] == list(
         LABELS
     )
     photo, points = portrait

@@ -99,20 +99,38 @@ def test_a_photo_that_is_cut_has_a_fit_too(noise_avatar):
 
 
 def test_labels_are_coloured_and_named():
-    labels = np.zeros((90, 120), np.uint8)
+    height = 10 * len(LABELS)
+    labels = np.zeros((height, 220), np.uint8)
     for label in range(len(LABELS)):
         labels[10 * label : 10 * label + 10] = label
-    photo = np.full((90, 120, 3), GRAY, np.uint8)
+    photo = np.full((*labels.shape, 3), GRAY, np.uint8)
     drawn = overlay.draw_labels(photo, labels)
-    grown = drawn.shape[1] / 120
+    grown = drawn.shape[1] / 220
     for label, color in enumerate(overlay.LABEL_COLORS):
         middle = drawn[round((10 * label + 5) * grown), drawn.shape[1] // 2]
         np.testing.assert_allclose(middle, (GRAY + color.astype(int)) / 2, atol=2)
-        assert (drawn[round(90 * grown) :] == color).all(-1).any(), LABELS[label]
+        assert (drawn[round(height * grown) :] == color).all(-1).any(), LABELS[label]
     few = overlay.draw_labels(photo, np.full_like(labels, SKIN))
-    strip = few[round(90 * grown) :]
+    strip = few[round(height * grown) :]
     shown = [(strip == color).all(-1).any() for color in overlay.LABEL_COLORS[:4]]
     assert shown == [False, True, False, False], "only what is in the picture is named"
+
+
+def test_cast_shadow_is_hatched_and_named():
+    """Half of the shaded pixels keep their label's colour; where there is no shadow all do."""
+    labels = np.full((300, 300), SKIN, np.uint8)
+    shadow = np.zeros(labels.shape, np.float32)
+    shadow[:150] = 0.9
+    photo = np.full((300, 300, 3), GRAY, np.uint8)
+    plain_drawn = overlay.draw_labels(photo, labels)
+    drawn = overlay.draw_labels(photo, labels, shadow)
+    side = drawn.shape[1]
+    assert drawn.shape[1] == plain_drawn.shape[1] and drawn.shape[0] >= side
+    changed = (drawn[:side] != plain_drawn[:side]).any(-1)
+    assert 0.4 < changed[: side // 2 - 5].mean() < 0.6
+    assert not changed[side // 2 + 5 : side - 5].any()
+    legends = (picture[side:] for picture in (drawn, plain_drawn))
+    assert [(strip == overlay.SHADED).all(-1).any() for strip in legends] == [True, False]
 
 
 def test_colours_differ():

@@ -12,10 +12,13 @@ folder = click.Path(path_type=Path)
 
 @click.command(cls=options.Command)
 @click.argument("portraits", type=folder, required=False)
-@click.option("--weights", required=True, type=folder, help="Of `bakery train segment-export`.")
+@click.option(
+    "--weights", "file", type=folder,
+    help="Of `bakery train segment-export`; those that ship if not given.",
+)  # fmt: skip
 @click.option("--bank", type=folder, help="Folder of `bakery synth portraits`, not trained on.")
 @click.option("--count", type=click.IntRange(1), help="Painted pictures to look at.")
-def segment(portraits, weights, bank, count):
+def segment(portraits, file, bank, count):
     """IoU of classes on painted portraits of BANK; outline, glasses and skin on real ones.
 
     PORTRAITS is a folder with dense478.npz that holds london and congress; without it, only
@@ -26,7 +29,7 @@ def segment(portraits, weights, bank, count):
 
     if not (bank or portraits):
         raise click.UsageError("nothing to measure: give PORTRAITS, --bank or both")
-    network = segmenter.load(weights)
+    network = segmenter.load(file) if file else segmenter.shipped()
     if bank:
         click.echo(json.dumps(segmenting.painted(bank, network, count)))
     if not portraits:

@@ -50,17 +50,17 @@ def cover_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarray
         segmentation: of the photo.
         points: [L, 2] pixels.
     """
-    hair = segmentation.labels == HAIR
+    hair = segmentation.regions == HAIR
     away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
     taken = smoothstep(*HAIR_STRIP, away) if hair.any() else np.ones(hair.shape)
     shown = smoothstep(*SHOWN_STRIP, away) if hair.any() else np.zeros(hair.shape)
-    around = np.isin(segmentation.labels, (BACKGROUND, CLOTHES))
+    around = np.isin(segmentation.regions, (BACKGROUND, CLOTHES))
     behind = _large(around, (SPECK * face_size(points)) ** 2)
     off = cv2.distanceTransform((~behind).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
     clear = smoothstep(*HALO, off) if behind.any() else np.ones(hair.shape)
-    hair = hair * (1 - _pockets(encoded, segmentation.labels, off))
-    strip = shown * ((segmentation.labels == SKIN) | (around & ~behind))
-    before = np.isin(segmentation.labels, (GLASSES, HIDDEN))
+    hair = hair * (1 - _pockets(encoded, segmentation.regions, off))
+    strip = shown * ((segmentation.regions == SKIN) | (around & ~behind))
+    before = np.isin(segmentation.regions, (GLASSES, HIDDEN))
     layers = (segmentation.skin * taken, hair * clear, strip * clear, before)
     return Cover(*(x.astype(np.float32) for x in layers))
 

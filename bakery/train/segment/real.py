@@ -78,7 +78,7 @@ def _inside(inside, matrix):
 
 
 def _labels(image, points, person, glasses):
-    ruled = rules.segment(np.float32(image) / 255, points)
+    ruled = rules.segment(np.float32(image) / 255, points, rules.SegmentOptions(method="colours"))
     face = marks.face_size(points)
     label = np.full(image.shape[:2], portrait.UNSURE, np.uint8)
     deep = _eroded(person == outline.PERSON, 0.02 * face)

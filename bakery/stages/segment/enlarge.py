@@ -1,0 +1,98 @@
+"""From the face frame to the photo's own pixels."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from bakery import landmarks
+from bakery.stages.segment import prior
+from bakery.stages.segment.classes import (
+    BACKGROUND,
+    CLOTHES,
+    EYES,
+    GLASSES,
+    HAIR,
+    HIDDEN,
+    LIPS,
+    MOUTH,
+    SKIN,
+    Found,
+    SegmentOptions,
+)
+from bakery.stages.segment.frame import draw_polygon, warp_matrix
+from bakery.stages.segment.models import GuidedFilter
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """The part of a photo that the face frame covers; h x w pixels."""
+
+    part: np.ndarray  # [h, w, 3] float32 sRGB-encoded
+    small: np.ndarray  # [S, S, 3] the same in the face frame
+    to_frame: np.ndarray  # [2, 3], pixels of the part to those of the frame
+    points: np.ndarray  # [478, 2] pixels of the part
+
+    def back(self, *planes: np.ndarray) -> list[np.ndarray]:
+        """Planes [S, S] of the face frame on the part's pixels [h, w]."""
+        return [
+            cv2.warpAffine(
+                plane,
+                warp_matrix(self.to_frame),
+                self.part.shape[1::-1],
+                flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+                borderMode=cv2.BORDER_REPLICATE,
+            )
+            for plane in planes
+        ]
+
+
+def enlarge(window: Window, found: Found, options: SegmentOptions) -> tuple[np.ndarray, np.ndarray]:
+    """Regions and soft skin mask at the photo's own resolution, edges refined by its pixels.
+
+    Returns:
+        regions [h, w] uint8 into REGIONS, skin [h, w] float32 0..1.
+    """
+    shares, part = found.shares, window.part
+    guide = GuidedFilter(np.stack(cv2.split(window.small)), 2, 1e-4)
+    model = window.back(*guide.coefficients(shares[SKIN]))
+    refined = model[3] + sum(slope * part[..., k] for k, slope in enumerate(model[:3]))
+
+    solid = (shares[SKIN] > 0.5).astype(np.uint8)
+    distance = cv2.distanceTransform(solid, cv2.DIST_L2, cv2.DIST_MASK_5) / prior.FACE
+    rim = np.clip((distance - options.rim) / options.feather, 0, 1)
+    planes = (rim, found.face, shares[HAIR], shares[CLOTHES])
+    rim, face, hair, clothes = window.back(*map(_bytes, planes))
+    skin = np.clip((refined - 0.55) / 0.3, 0, 1)
+    skin = np.maximum(skin, face * np.float32(1 / 255)) * rim * np.float32(1 / 255)
+
+    regions = np.where(hair > clothes, np.uint8(HAIR), np.uint8(CLOTHES))
+    regions[np.maximum(hair, clothes) < 85] = BACKGROUND
+    regions[(refined > 0.5) | (face > 127)] = SKIN
+    for what, label in ((found.glasses, GLASSES), (found.hidden, HIDDEN)):
+        if what.any():
+            regions[on_photo(window, what)] = label
+    seen = (regions != HIDDEN) & (regions != GLASSES)
+    return np.where(seen, with_features(regions, window.points), regions), skin
+
+
+def with_features(regions: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Regions [h, w] with the polygons of eyes, lips and mouth drawn over them."""
+    shown = regions.copy()
+    for label, contours in (
+        (EYES, (landmarks.EYE_RIGHT, landmarks.EYE_LEFT)),
+        (LIPS, (landmarks.LIPS_OUTER,)),
+        (MOUTH, (landmarks.LIPS_INNER,)),
+    ):
+        for contour in contours:
+            draw_polygon(shown, points[list(contour)], label)
+    return shown
+
+
+def on_photo(window: Window, mask: np.ndarray) -> np.ndarray:
+    """A mask [S, S] of the face frame on the part's pixels [h, w] bool."""
+    return window.back(_bytes(mask))[0] > 127
+
+
+def _bytes(plane):
+    return cv2.convertScaleAbs(plane.astype(np.float32), alpha=255)
