@@ -24,7 +24,7 @@ FILES = {
     "preview",
     "picture",
 }  # to write: a file, or a folder where the command makes several files
-FOLDERS = {"module", "pictures", "folder", "run", "work"}  # to write: always a folder
+FOLDERS = {"module", "pictures", "folder", "run", "work", "fits"}  # to write: always a folder
 FILLED = {"synth samples", "synth failures"}  # whose --output is a folder of many files
 GO_ON = {  # leave what is there alone
     "synth training", "synth pairs", "synth portraits", "synth skins", "train pairs",

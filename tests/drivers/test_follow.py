@@ -179,7 +179,7 @@ def errors_of(out, points, shifts):
 
 @pytest.mark.parametrize("light", [1.0, 0.05])
 def test_a_face_that_jumps_is_not_lost(shipped, sitter, light):
-    """By two thirds of its size, to and fro, also in the dark, where nothing detects a face.
+    """By two thirds of its size, there and back, also in the dark, where nothing detects a face.
 
     4% of the eye distance: twice what the network itself is off between two crops in the dark.
     """
