@@ -31,7 +31,7 @@ def completed(line):
         ("build --head make", {"makehuman"}),
         ("build --set texture.", {"texture.resolution=", "texture.views=", "texture.mouths="}),
         ("train pagan --set crop.e", {"crop.eyes=", "crop.eye_weight=", "crop.exact="}),
-        ("train detector --set wor", {"workers="}),
+        ("train detector --set minu", {"minutes="}),
         ("render a --weights mouthPu", {"mouthPucker="}),
         ("render a --weights jawOpen=0.6,mouthPu", {"jawOpen=0.6,mouthPucker="}),
         ("generate a --weights jawF", {"jawForward="}),
