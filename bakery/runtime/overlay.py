@@ -156,7 +156,7 @@ def draw_labels(
     used = [(LABELS[label], LABEL_COLORS[label].tolist()) for label in np.unique(labels)]
     if shadow is not None and (shadow > 0.5).any():
         dark = cv2.resize(shadow, out.shape[1::-1], interpolation=cv2.INTER_LINEAR) > 0.5
-        rows, columns = np.indices(dark.shape, sparse=True)
+        rows, columns = np.ogrid[: dark.shape[0], : dark.shape[1]]
         hatch = dark & ((rows + columns) % (8 * line) < 4 * line)
         out[hatch] = (out[hatch] * 0.3 + np.array(SHADED) * 0.7 + 0.5).astype(np.uint8)
         used.append(("cast shadow", SHADED))
