@@ -96,7 +96,7 @@ class FittedSubject:
             self.head, neutral, self.subject.texture, fit.expression, fit.gaze, finer(camera)
         )
         layers = shrunk_planes(planes(self.head, drawn), self.size)
-        hair = cut(np.equal(segmentation.regions, HAIR).astype(np.float32), affine, self.size)
+        hair = cut((segmentation.regions == HAIR).astype(np.float32), affine, self.size)
         skin = cut(segmentation.skin.astype(np.float32), affine, self.size)
         inner = (layers.part != NONE) & (layers.part != PARTS.index("skin"))
         clear = np.where(inner, 1, smoothstep(0.3, 0.9, skin)) * (1 - hair)
