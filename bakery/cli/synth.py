@@ -62,7 +62,7 @@ def failures(names, output, head, overwrite):
 )
 @options.head
 def training(count, output, seed, head):
-    """Paint random people with their 478 points, for `bakery train detector --rendered`.
+    """Paint random people with their 478 points, to train or test detectors on.
 
     \b
     bakery synth training -n 1000 -o runs/painted

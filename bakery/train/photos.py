@@ -1,6 +1,5 @@
 """Training photos: pictures whose 478 points are known, and who in them is the person."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -50,28 +49,6 @@ def read_photos(folder, dense, limit=None):
         photos.append(_shrunk(path, known[name]))
     if not photos:
         raise InputError(f"{folder}: no picture with points in {dense}; give the folder it names")
-    return photos
-
-
-def read_rendered(folder):
-    """Pictures with their points in a JSON beside them: NAME.png and NAME.json.
-
-    The JSON holds {"points": [[x, y, depth] x 478]}, pixels; depth may be left out. An alpha
-    channel says where the person is.
-
-    Raises:
-        InputError: a JSON lacks its picture or has other than 478 points.
-    """
-    photos = []
-    for path in sorted(Path(folder).glob("*.json")):
-        points = np.asarray(json.loads(path.read_text()).get("points", []), np.float32)
-        pictures = [path.with_suffix(suffix) for suffix in sorted(IMAGE_SUFFIXES)]
-        picture = next((p for p in pictures if p.exists()), None)
-        if picture is None or points.shape[:1] != (frames.POINTS,):
-            raise InputError(f"{path}: needs 478 points and a picture of the same name beside it")
-        if points.shape[1] == 2:
-            points = np.concatenate([points, np.zeros((frames.POINTS, 1), np.float32)], 1)
-        photos.append(_shrunk(picture, points))
     return photos
 
 

@@ -14,9 +14,9 @@ from bakery.formats.files import DiskError
 
 SAMPLE = Path(__file__).parents[2] / "samples" / "chidi.jpg"
 READ = {  # options that name a file or folder to read
-    "landmarks", "fitted", "textures", "masks", "photos", "dense", "rendered", "backgrounds",
+    "landmarks", "fitted", "textures", "masks", "photos", "dense", "backgrounds",
     "expressions", "skins", "pairs", "features", "portraits", "points", "wheel", "curves", "sound", "take",
-    "bank", "real", "teacher", "weights",
+    "bank", "finder", "eye", "mouth", "real", "teacher", "weights",
 }  # fmt: skip
 FILES = {
     "output",

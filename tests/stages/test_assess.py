@@ -114,7 +114,7 @@ def test_dark_eyes(good):
     labels = parts.labels.copy()
     for lids in LIDS:
         cv2.fillPoly(labels, [face.points[lids].astype(np.int32)], EYES)
-    parts = replace(parts, labels=labels)
+    parts = Segmentation(labels, parts.skin)
     assert codes(photo, face, fit, parts) == []
     assert codes(replace(photo, encoded=photo.encoded * 0.4), face, fit, parts) == ["dark"]
 

@@ -254,20 +254,6 @@ def test_pictures_without_points_are_refused(photos, tmp_path):
         photos_module.read_photos(tmp_path, photos / "dense.npz")
 
 
-def test_rendered_pictures_bring_points_and_mask(tmp_path):
-    picture = np.full((480, 480, 4), 255, np.uint8)
-    picture[:100, :, 3] = 0
-    cv2.imwrite(str(tmp_path / "a.png"), picture)
-    points = face_points(480)
-    (tmp_path / "a.json").write_text(json.dumps({"points": points[:, :2].tolist()}))
-    (photo,) = photos_module.read_rendered(tmp_path)
-    assert_allclose(photo.points[:, :2], points[:, :2], rtol=1e-5)
-    assert photo.mask[:100].max() == 0 and photo.mask[100:].min() == 255
-    (tmp_path / "b.json").write_text(json.dumps({"points": []}))
-    with pytest.raises(InputError, match="478 points"):
-        photos_module.read_rendered(tmp_path)
-
-
 def test_mirror_swaps_the_sides():
     order = faces_module.mirror_order(np.stack([face_points(seed=s) for s in (3, 4)]))
     assert (order[order] == np.arange(478)).all()

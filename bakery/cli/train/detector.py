@@ -62,23 +62,25 @@ def detector(network, bank, run, device, head, settings):
 
 
 @click.command("export", cls=options.Command)
-@click.argument("networks", nargs=-1, required=True)
+@click.option("--finder", type=folder, help="Run of the finder.")
+@click.option("--points", type=folder, help="Run of the points.")
+@click.option("--eye", type=folder, help="Run of the eyes.")
+@click.option("--mouth", type=folder, help="Run of the mouth.")
 @click.option("-o", "--output", required=True, type=folder, help=".safetensors to write.")
 @options.overwrite
-def export_detector(networks, output, overwrite):
-    """Pack trained NETWORKS, each NAME=RUN, into one file: finder and points, or eye and mouth.
+def export_detector(finder, points, eye, mouth, output, overwrite):
+    """Pack trained networks of the detector into one file: finder and points, or eye and mouth.
 
     \b
-    bakery train export finder=runs/finder points=runs/points -o network.safetensors
-    bakery train export eye=runs/eye mouth=runs/mouth -o closeups.safetensors
+    bakery train export --finder runs/finder --points runs/points -o network.safetensors
+    bakery train export --eye runs/eye --mouth runs/mouth -o closeups.safetensors
     """
+    options.may_write(output, overwrite)
+    given = {"finder": finder, "points": points, "eye": eye, "mouth": mouth}
+    given = {name: run for name, run in given.items() if run}
+    if set(given) not in ({"finder", "points"}, {"eye", "mouth"}):
+        raise click.UsageError("give --finder RUN and --points RUN, or --eye RUN and --mouth RUN")
     from bakery.train.detector import export
 
-    pairs = [network.partition("=")[::2] for network in networks]
-    if {name for name, run in pairs if run} not in ({"finder", "points"}, {"eye", "mouth"}):
-        raise click.UsageError(
-            f"{' '.join(networks)}: needs finder=RUN points=RUN, or eye=RUN mouth=RUN"
-        )
-    options.may_write(output, overwrite)
-    export(dict(pairs), output)
+    export(given, output)
     options.wrote(output)

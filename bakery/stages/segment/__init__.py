@@ -126,8 +126,10 @@ def occlusion(segmentation, points):
     points = np.asarray(points, np.float64)[:, :2]
     height, width = segmentation.regions.shape
     to_frame = prior.face_frame(points)
-    labels = cv2.warpAffine(
-        segmentation.regions, to_frame, (prior.SIZE, prior.SIZE), flags=cv2.INTER_NEAREST
+    size = (prior.SIZE, prior.SIZE)
+    labels, regions = (
+        cv2.warpAffine(plane, to_frame, size, flags=cv2.INTER_NEAREST)
+        for plane in (segmentation.labels, segmentation.regions)
     )
     points = apply(to_frame, points)
     _, radius = prior.polar(points[landmarks.OVAL])
@@ -137,12 +139,12 @@ def occlusion(segmentation, points):
     forehead = face & (rows < brows.min())
     eyes = face & (rows > brows.mean()) & (rows < points[195, 1])
 
-    def share(label, region):
-        return float((labels[region] == label).mean()) if region.any() else 0.0
+    def share(label, where, of=regions):
+        return float((of[where] == label).mean()) if where.any() else 0.0
 
     return {
         "hair": share(HAIR, face),
-        "hidden": share(HIDDEN, face),
+        "hidden": share(HIDDEN, face, labels),  # a thing has a finding of its own
         "forehead_hair": share(HAIR, forehead),
         "glasses": share(GLASSES, eyes),
     }

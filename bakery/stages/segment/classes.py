@@ -33,7 +33,7 @@ class Segmentation:
 
     labels: np.ndarray  # [H, W] uint8 into LABELS
     skin: np.ndarray  # [H, W] float32 0..1: safe to unwrap; eyes, lips and mouth included
-    regions: np.ndarray | None = None  # [H, W] uint8 into REGIONS; None: by REGION_OF
+    regions: np.ndarray = None  # [H, W] uint8 into REGIONS; made by REGION_OF if not given
     shadow: np.ndarray | None = None  # [H, W] float32 0..1, hard cast shadow; None: not known
 
     def __post_init__(self):

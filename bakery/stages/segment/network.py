@@ -189,7 +189,7 @@ def _eyewear(small, labels, points, radius):
         return frames, lens
     # A thin rim is called lens; it lies along the lens's edge.
     rim = cv2.morphologyEx(lens.astype(np.uint8), cv2.MORPH_GRADIENT, np.ones((5, 5), np.uint8)) > 0
-    frames |= rim
+    frames |= rim & (labels != BROWS)
     opaque = overlays.find_lenses(small, points, radius)
     opaque |= overlays.find_reflections(small, frames | lens, points, radius)
     return frames | (lens & opaque), lens & ~opaque & ~frames

@@ -240,10 +240,16 @@ def export(runs_by_name, path):
     Args:
         runs_by_name: network -> run folder of `train`; of eye and mouth, or of finder and points.
         path: .safetensors to write.
+
+    Raises:
+        InputError: a run has no checkpoint.
     """
     tensors = {}
     for name, run in runs_by_name.items():
-        stored = load_file(Path(run) / "checkpoint.safetensors")
+        checkpoint = Path(run) / "checkpoint.safetensors"
+        if not checkpoint.exists():
+            raise InputError(f"{run}: has no {checkpoint.name}; train first")
+        stored = load_file(checkpoint)
         prefix = "averaged."
         state = {k.removeprefix(prefix): v for k, v in stored.items() if k.startswith(prefix)}
         network = _network(name, state)

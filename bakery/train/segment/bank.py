@@ -41,7 +41,7 @@ class Pictures:
 FIELDS = tuple(Pictures.__dataclass_fields__)
 
 
-def painted(folder: Path, device: str, seen: set[Path]) -> Pictures:
+def painted(folder: Path, device: str, seen: set[Path] | None = None) -> Pictures:
     """The pictures of `bakery synth portraits` but for the shards `seen`, which grow by these."""
     table = portrait_shards.read(folder, seen=seen)
     label = table["label"]
