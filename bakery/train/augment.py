@@ -1,4 +1,6 @@
-"""What happens to a picture between the face and the file: light, lens, sensor, codec, clutter.
+"""What a bank changes about a person: tone, glasses, clutter before the face, an opened mouth.
+
+Light, lens, sensor and codec come later, at each step of the training: `train.degrade`.
 
 All functions take and return [H, W, 3] uint8 BGR and a numpy random generator.
 """
@@ -15,20 +17,6 @@ INNER_LIPS = (
 )  # fmt: skip
 
 
-def light(rng, image):
-    """Uneven light: a smooth field brightens and darkens parts of the picture."""
-    height, width = image.shape[:2]
-    cells = int(rng.integers(2, 5))
-    field = rng.standard_normal((cells, cells, 1)).astype(np.float32)
-    if rng.random() < 0.3:  # coloured lamps
-        field = field + 0.4 * rng.standard_normal((cells, cells, 3)).astype(np.float32)
-    field = np.exp(rng.uniform(0.05, 0.45) * field)
-    field = cv2.resize(field, (width, height), interpolation=cv2.INTER_CUBIC)
-    if field.ndim == 2:
-        field = field[..., None]
-    return np.clip(image * field, 0, 255).astype(np.uint8)
-
-
 def tone(rng, image, strength=1.0):
     """Exposure, contrast, gamma and white balance in one table a channel."""
     levels = np.arange(256, dtype=np.float32) / 255
@@ -40,67 +28,6 @@ def tone(rng, image, strength=1.0):
     curve = (curve - 0.5) * contrast + 0.5 + offset
     table = np.clip(255 * curve, 0, 255).astype(np.uint8)
     return cv2.LUT(image, table.reshape(1, 256, 3))
-
-
-def saturation(rng, image):
-    """Grey, pale or gaudy colours, and a turn of the hue."""
-    share = 0.0 if rng.random() < 0.25 else rng.uniform(0.2, 1.8)
-    mixing = share * np.eye(3) + (1 - share) * np.array([[0.11, 0.59, 0.30]] * 3)
-    mixing = mixing + rng.normal(0, 0.05, (3, 3))
-    mixing /= mixing.sum(1, keepdims=True)
-    return cv2.transform(image, mixing.astype(np.float32))
-
-
-def blur(rng, image):
-    """Out of focus, shaken, or from a smaller picture."""
-    height, width = image.shape[:2]
-    kind = rng.integers(3)
-    if kind == 0:
-        return cv2.GaussianBlur(image, (0, 0), rng.uniform(0.4, 3) * width / 192)
-    if kind == 1:
-        length = int(rng.integers(3, 10))
-        kernel = np.zeros((length, length), np.float32)
-        angle, c = rng.uniform(0, np.pi), (length - 1) / 2
-        for t in np.linspace(-c, c, 2 * length):
-            kernel[round(c + t * np.sin(angle)), round(c + t * np.cos(angle))] = 1
-        return cv2.filter2D(image, -1, kernel / kernel.sum())
-    scale = rng.uniform(0.2, 0.8)
-    small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    return cv2.resize(
-        small, (width, height), interpolation=int(rng.choice([1, 2, 0], p=[0.5, 0.4, 0.1]))
-    )
-
-
-def noise(rng, image):
-    """Sensor noise, alike or different in the three channels."""
-    height, width = image.shape[:2]
-    sigma = rng.uniform(1, 18)
-    grain = np.empty((height, width, 3 if rng.random() < 0.6 else 1), np.int16)
-    cv2.setRNGSeed(int(rng.integers(1 << 30)))
-    cv2.randn(grain, (0,) * 4, (sigma,) * 4)
-    return np.clip(image + grain.reshape(height, width, -1), 0, 255).astype(np.uint8)
-
-
-def compress(rng, image):
-    """JPEG at a random quality."""
-    quality = [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(15, 90))]
-    return cv2.imdecode(cv2.imencode(".jpg", image, quality)[1], cv2.IMREAD_COLOR)
-
-
-def photograph(rng, image, amount=1.0):
-    """A random chain of the above; `amount` scales how often each one happens."""
-    steps = (
-        (light, 0.5),
-        (tone, 0.85),
-        (saturation, 0.4),
-        (blur, 0.3),
-        (noise, 0.35),
-        (compress, 0.3),
-    )
-    for step, chance in steps:
-        if rng.random() < chance * amount:
-            image = step(rng, image)
-    return image
 
 
 def occlude(rng, image, points, size):

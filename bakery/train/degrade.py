@@ -1,7 +1,6 @@
 """What happens to a picture between the face and the file, for whole batches on any device.
 
-The same chain as `train.augment`, which works on one picture at a time: things before the face,
-light, lens, sensor, codec. All functions take and return float tensors [B, 3, S, S] 0..1 and draw
+Things before the face, light, lens, sensor, codec. All functions take and return float tensors [B, 3, S, S] 0..1 and draw
 from the generator of the device that the pictures are on.
 """
 
@@ -136,6 +135,15 @@ def coded(x, step):
     Args:
         step: of the coarseness at the lowest frequency, 0..1; ten times as much at the highest.
     """
+    k = torch.arange(8, device=x.device, dtype=x.dtype)
+    return quantised(x, step * (1 + 9 * (k[:, None] + k[None]) / 14))
+
+
+def quantised(x, coarse):
+    """The cosines of blocks of 8x8 pixels rounded to multiples of `coarse` [..., 8, 8].
+
+    Leading axes of `coarse` are those of [B, channels, rows, columns] of blocks.
+    """
     count, channels, height, width = x.shape
     padded = functional.pad(x, (0, -width % 8, 0, -height % 8), mode="replicate")
     rows, columns = padded.shape[2] // 8, padded.shape[3] // 8
@@ -143,7 +151,6 @@ def coded(x, step):
     k = torch.arange(8, device=x.device, dtype=x.dtype)
     basis = torch.cos(math.pi * (2 * k[None] + 1) * k[:, None] / 16) * 0.5
     basis[0] *= math.sqrt(0.5)
-    coarse = step * (1 + 9 * (k[:, None] + k[None]) / 14)
     cosines = torch.round(basis @ blocks @ basis.T / coarse) * coarse
     blocks = (basis.T @ cosines @ basis).transpose(3, 4)
     return blocks.reshape(padded.shape)[..., :height, :width]

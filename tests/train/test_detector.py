@@ -285,14 +285,6 @@ def test_borders_spare_the_faces():
         assert cut[26:74, 26:74].max() == 0
 
 
-def test_point_errors_are_in_eye_distances():
-    target = torch.rand(2, 478, 2)
-    target[:, 33], target[:, 263] = torch.tensor([0.0, 0.0]), torch.tensor([0.4, 0.0])
-    distances, eyes = detector_losses.point_errors(target + torch.tensor([0.0, 0.04]), target)
-    assert_allclose(distances, 0.1, rtol=1e-4)
-    assert_allclose(eyes, 0.4)
-
-
 def test_perfect_finder_has_no_loss():
     target = torch.from_numpy(dataset.finder_target([(np.array([44.0, 20.0]), 48.0, 0.1)], 8))
     sure = torch.where(target[:1] > 0.99, 20.0, -20.0)
@@ -308,10 +300,8 @@ def test_rate_rises_stays_and_falls():
     assert_allclose(found, [0.5, 1, 0.5, 0], atol=1e-9)
 
 
-@pytest.mark.parametrize("step", [augment.light, augment.tone, augment.saturation, augment.blur,
-                                  augment.noise, augment.compress, augment.photograph])  # fmt: skip
-def test_augmentations_keep_shape_and_type(step):
+def test_tones_keep_shape_and_type():
     image = procedural_background(np.random.default_rng(0), 64)
     for seed in range(6):
-        out = step(np.random.default_rng(seed), image)
+        out = augment.tone(np.random.default_rng(seed), image)
         assert out.shape == image.shape and out.dtype == np.uint8

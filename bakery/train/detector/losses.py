@@ -6,30 +6,14 @@ import torch
 from torch.nn import functional
 
 from bakery.landmarks import (
-    LEFT_EYE_OUTER,
     LIPS_INNER_LOWER,
     LIPS_INNER_UPPER,
     MOUTH_CORNERS,
-    RIGHT_EYE_OUTER,
 )
 
 LIPS = 0.5  # weight of what is wrong about the lips
 TOUCH = 0.02  # of the mouth's width: lips that are nearer touch
 CONTACT = 2.0  # what an opening counts where lips touch
-
-
-def point_errors(points, target):
-    """Distance of each point from its target over the eye distance.
-
-    Args:
-        points, target: [B, 478, 2], any one unit.
-
-    Returns:
-        distances [B, 478] in outer-eye-corner distances, eye distance [B, 1] in the unit given
-    """
-    across = target[:, LEFT_EYE_OUTER] - target[:, RIGHT_EYE_OUTER]
-    eyes = across.norm(dim=-1).clamp_min(0.05)[:, None]
-    return torch.sqrt(((points - target) ** 2).sum(-1) + 1e-12) / eyes, eyes
 
 
 def points_loss(output, target, present, importance=None, lips=None):

@@ -1,10 +1,9 @@
 """What a camera and a file do to pictures [B, 3, S, S] 0..1, in torch on their device."""
 
-import math
-
 import torch
 from torch.nn import functional
 
+from bakery.train.degrade import quantised
 from bakery.train.segment.augment import chance, normal, uniform
 
 
@@ -59,12 +58,6 @@ def noisy(image: torch.Tensor) -> torch.Tensor:
 
 def blocky(image: torch.Tensor) -> torch.Tensor:
     """Blocks of 8 pixels quantised as JPEG does, without its colour planes."""
-    count, _, height, width = image.shape
     k = torch.arange(8, device=image.device, dtype=image.dtype)
-    basis = torch.cos(math.pi / 8 * (k[None] + 0.5) * k[:, None]) * 0.5
-    basis[0] *= 0.5**0.5
-    step = (1 + k[None] + k[:, None]) * uniform(image, 0.004, 0.03, count, 1, 1, 1, 1, 1)
-    blocks = image.view(count, 3, height // 8, 8, width // 8, 8).transpose(3, 4)
-    waves = basis @ blocks @ basis.T
-    waves = torch.round(waves / step) * step
-    return (basis.T @ waves @ basis).transpose(3, 4).reshape(image.shape)
+    step = uniform(image, 0.004, 0.03, len(image), 1, 1, 1, 1, 1)
+    return quantised(image, (1 + k[None] + k[:, None]) * step)
