@@ -144,24 +144,15 @@ def test_validate_and_readers_refuse_damage_in_one_line(copy, bakery, tmp_path):
         assert done.returncode == 1 and "Traceback" not in done.stderr
 
 
-def test_two_bakes_and_the_single_steps_give_the_same_bytes(process, bundle, portrait, tmp_path):
-    """Another folder, another locale, one step at a time: not a byte differs."""
+def test_two_bakes_give_the_same_bytes(process, bundle, portrait, tmp_path):
+    """Another process, folder and locale: not a byte differs. Step by step: test_steps.py."""
     import os
 
     photo, marks = portrait
-    env = os.environ | {"LC_ALL": "C", "TZ": "Asia/Tokyo"}
-    given = [photo, "--landmarks", marks]
-    fit, textures, masks = (tmp_path / name for name in ("fit.json", "t.npz", "m.npz"))
+    env = os.environ | {"LC_ALL": "C", "TZ": "Asia/Tokyo", "PYTHONHASHSEED": "1"}
     out = tmp_path / "other name.avatar"
-    for command in (
-        ["fit", *given, "-o", fit],
-        ["texture", *given, "--fit", fit, "-o", textures, *SMALL],
-        ["mask", "-o", masks, *SMALL],
-        ["bundle", *given, "--fit", fit, "--textures", textures, "--masks", masks, "-o", out,
-         "--keep-photo", *SMALL],
-    ):  # fmt: skip
-        done = process(*command, env=env)
-        assert done.returncode == 0, done.stderr
+    done = process("build", photo, "--landmarks", marks, "-o", out, *SMALL, "--keep-photo", env=env)
+    assert done.returncode == 0, done.stderr
     mine = {p.relative_to(bundle): p.read_bytes() for p in bundle.rglob("*") if p.is_file()}
     others = {p.relative_to(out): p.read_bytes() for p in out.rglob("*") if p.is_file()}
     assert mine.keys() == others.keys()

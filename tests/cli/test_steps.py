@@ -31,51 +31,48 @@ def content(folder):
     }
 
 
-def step_by_step(process, bakery, photo, folder, options):
-    """A bundle by the single steps, each given the options of `build`; the first one on its own."""
+def step_by_step(process, bakery, photo, folder, options, marks=None, *last):
+    """A bundle by the single steps, each given the options of `build`.
+
+    Without landmarks the first step finds them, in its own process; `last` is for the last step.
+    """
     points, fit, textures, masks, out = (
         folder / name for name in ("p.json", "f.json", "t.npz", "m.npz", "steps.avatar")
     )
-    given = [photo, "--landmarks", points]
-    for run, *command in (
-        [process, "detect", photo, "-o", points],
-        [bakery, "fit", *given, "-o", fit],
-        [bakery, "texture", *given, "--fit", fit, "-o", textures],
-        [bakery, "mask", "-o", masks],
-        [
-            bakery,
-            "bundle",
-            *given,
-            "--fit",
-            fit,
-            "--textures",
-            textures,
-            "--masks",
-            masks,
-            "-o",
-            out,
-        ],
+    if marks is None:
+        done = process("detect", photo, "-o", points, *options)
+        assert done.returncode == 0, done.stderr
+    given = [photo, "--landmarks", marks or points]
+    made = ["--fit", fit, "--textures", textures, "--masks", masks]
+    for command in (
+        ["fit", *given, "-o", fit],
+        ["texture", *given, "--fit", fit, "-o", textures],
+        ["mask", "-o", masks],
+        ["bundle", *given, *made, "-o", out, *last],
     ):
-        done = run(*command, *options)
+        done = bakery(*command, *options)
         assert done.returncode == 0, (command, done.stderr)
     return out
 
 
 @pytest.mark.parametrize("case", ["default", "fit table, other generator and hair"])
 def test_the_single_steps_are_the_bake(process, bakery, tmp_path, case):
-    """Not a byte differs; the default detector finds the face, as users have it."""
+    """Not a byte differs; the default detector finds the face, as users have it, or a file has it."""
     from pathlib import Path
 
     sample = Path(__file__).parents[2] / "samples" / "emil.jpg"
-    options = ["--preset", "default", *QUICK]
+    options, marks, last = ["--preset", "default", *QUICK], None, []
     if case != "default":
         (tmp_path / "mine.toml").write_text(PRESET)
         options = ["--preset", tmp_path / "mine.toml", "--resolution", "512"]
         options += ["--generator", "rendered", "--hair", "none"]
+        marks, last = sample.with_suffix(".json"), ["--keep-photo"]
     whole = tmp_path / "whole.avatar"
-    done = bakery("build", sample, "-o", whole, *options)
+    found = ["--landmarks", marks] if marks else []
+    done = bakery("build", sample, *found, "-o", whole, *options, *last)
     assert done.returncode == 0, done.stderr
-    ours, theirs = content(whole), content(step_by_step(process, bakery, sample, tmp_path, options))
+    steps = step_by_step(process, bakery, sample, tmp_path, options, marks, *last)
+    ours, theirs = content(whole), content(steps)
     assert ours.keys() == theirs.keys()
     assert [name for name in ours if ours[name] != theirs[name]] == []
 
