@@ -1,4 +1,4 @@
-"""How well the segmentation network labels portraits it never saw.
+"""How well portraits never seen are labelled: by the segmentation stage, and by its network alone.
 
 Painted portraits have truth for every pixel. Of real ones the outline before a plain backdrop is
 known, where skin surely is, and who wears glasses.
@@ -14,7 +14,9 @@ from bakery import landmarks as marks
 from bakery.detectors import portrait, segmenter
 from bakery.detectors.portrait import CLASSES, SIDE, UNSURE
 from bakery.formats.portraits import reference_points
+from bakery.stages import detect
 from bakery.stages import segment as rules
+from bakery.stages.segment.network import LABEL_OF
 from bakery.synth import portrait_shards
 from bakery.train.backgrounds import procedural_background
 from bakery.train.segment import outline
@@ -26,20 +28,66 @@ GLASSES = (
 )  # fmt: skip
 WORN = 0.03  # area labelled glasses, over the square of the eye distance, from which they are worn
 ERROR = 0.015  # of the eye distance: how far the points are put aside, as a detector does
+# Class of each label of the stage; what it only knows to be hidden is none of them.
+CLASS_OF = np.full(len(rules.LABELS), len(CLASSES))
+CLASS_OF[LABEL_OF] = np.arange(len(CLASSES))
 GROUPS = {"glasses": (portrait.FRAME, portrait.LENS)}  # measured together too
 
 
-def painted(folder: Path, network, limit: int | None = None) -> dict[str, float | int]:
-    """IoU of each class and of cast shadow on painted portraits, over all of their pixels.
+def staged(
+    folder: Path, options: rules.SegmentOptions | None = None, limit: int | None = None
+) -> dict[str, float | int]:
+    """IoU of each class and of cast shadow on painted portraits as `bakery segment` labels them.
+
+    Our own detector finds the points; "undetected" counts faces that it does not find, where the
+    painter's are taken. Cast shadow is measured on skin, where the stage answers it.
 
     Args:
         folder: of `bakery synth portraits`, of a seed that was not trained on.
-        network: from `segmenter.load`.
+        options: of the stage.
         limit: pictures to look at.
     """
+
+    undetected = 0
+
+    def answers():
+        nonlocal undetected
+        for picture, truth, dark, points in _portraits(folder, limit):
+            face = detect.detect_faces(picture)
+            undetected += not face
+            found = rules.segment(
+                np.float32(picture) / 255, face[0].points if face else points, options
+            )
+            cast = np.zeros(truth.shape) if found.shadow is None else found.shadow
+            bare = np.isin(truth, portrait.BODY)
+            yield truth, CLASS_OF[found.labels], np.where(bare, dark, UNSURE), cast
+
+    return _measured(answers()) | {"undetected": undetected}
+
+
+def painted(folder: Path, network, limit: int | None = None) -> dict[str, float | int]:
+    """The same of the network alone, within its crop: kinder than `staged`.
+
+    Args:
+        network: from `segmenter.load`.
+    """
+
+    def answers():
+        for picture, label, dark, points in _portraits(folder, limit):
+            shares, cast, matrix = segmenter.segment(network, picture, points)
+            inside = _inside(label, matrix)
+            truth, dark = (
+                np.where(inside, segmenter.take(plane, matrix, nearest=True), UNSURE)
+                for plane in (label, dark)
+            )
+            yield truth, shares.argmax(0), dark, cast
+
+    return _measured(answers())
+
+
+def _portraits(folder, limit):
+    """Painted pictures before some background: [S, S, 3] uint8, classes, shadow, points found."""
     table = portrait_shards.read(folder, limit)
-    counts = np.zeros((len(CLASSES), len(CLASSES)))
-    shade = np.zeros(3)  # both, truth or answer, seen
     for k, (image, alpha, label, shadow, points) in enumerate(
         zip(*(table[name] for name in portrait_shards.ARRAYS))
     ):
@@ -47,31 +95,33 @@ def painted(folder: Path, network, limit: int | None = None) -> dict[str, float 
         share = alpha[..., None] / 255.0
         behind = procedural_background(rng, SIDE)
         picture = np.round(image * share + behind * (1 - share)).astype(np.uint8)
-        found = points + rng.normal(size=2) * ERROR * marks.face_size(points)
-        shares, cast, matrix = segmenter.segment(network, picture, found)
-        truth = np.where(
-            _inside(label, matrix), segmenter.take(label, matrix, nearest=True), UNSURE
-        )
-        counts += confusion(truth, shares.argmax(0))
-        dark = segmenter.take(shadow, matrix, nearest=True)
-        known, answer = (truth != UNSURE) & (dark != UNSURE), cast > 0.5
-        shade += [
-            (known & (dark == 1) & answer).sum(), (known & ((dark == 1) | answer)).sum(), known.sum()
-        ]  # fmt: skip
-    out = {"pictures": len(table["image"])} | overlaps(counts)
-    return out | {"shadow": round(float(shade[0] / max(shade[1], 1)), 4)}
+        yield picture, label, shadow, points + rng.normal(size=2) * ERROR * marks.face_size(points)
 
 
-def confusion(truth: np.ndarray, answer: np.ndarray) -> np.ndarray:
+def _measured(answers):
+    """The figures of (classes, classes answered, shadow, share of shadow answered) of each picture."""
+    size = len(CLASSES)
+    counts, shade, pictures = np.zeros((size, size + 1)), np.zeros((2, 2)), 0
+    for truth, answer, dark, cast in answers:
+        counts += confusion(truth, answer, (size, size + 1))
+        shade += confusion(np.where(truth == UNSURE, UNSURE, dark), cast > 0.5, (2, 2))
+        pictures += 1
+    shadow = shade[1, 1] / max(shade.sum() - shade[0, 0], 1)
+    return {"pictures": pictures} | overlaps(counts) | {"shadow": round(float(shadow), 4)}
+
+
+def confusion(truth: np.ndarray, answer: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """How many pixels of each class [rows] were called each class [columns]; unsure ones are left out."""
     known = truth != UNSURE
-    size = len(CLASSES)
-    pair = truth[known].astype(int) * size + answer[known]
-    return np.bincount(pair, minlength=size * size).reshape(size, size)
+    pair = truth[known].astype(int) * shape[1] + answer[known]
+    return np.bincount(pair, minlength=shape[0] * shape[1]).reshape(shape)
 
 
 def overlaps(counts: np.ndarray) -> dict[str, float | None]:
-    """IoU of each class and of GROUPS from a `confusion`; None for what does not occur."""
+    """IoU of each class and of GROUPS from a `confusion`; None for what does not occur.
+
+    A last column more than rows counts answers that are no class.
+    """
     groups = {name: (k,) for k, name in enumerate(CLASSES)} | GROUPS
     out = {}
     for name, members in groups.items():

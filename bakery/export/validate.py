@@ -17,6 +17,7 @@ from bakery.heads.file import load_head
 from bakery.types import EXPRESSIONS
 
 MOST = 50  # findings that are listed
+LONGEST = 300  # characters of one; names in a damaged file may be of any length
 NEEDED = (
     RIG,
     "face.exr",
@@ -35,6 +36,12 @@ class Report:
 
     problems: list[str]  # none in a good bundle
     notes: list[str]  # what this version does not know, in a bundle of a newer minor version
+
+    def __post_init__(self):
+        for lines in (self.problems, self.notes):
+            lines[:] = [
+                line if len(line) <= LONGEST else line[:LONGEST] + " ..." for line in lines[:MOST]
+            ]
 
 
 def problems(folder: str | os.PathLike) -> list[str]:
@@ -63,7 +70,7 @@ def examine(folder: str | os.PathLike) -> Report:
         return Report([_relative(error, folder)], [])
     notes = [_relative(note, folder) for note in notes]
     if found:
-        return Report([_relative(line, folder) for line in found[:MOST]], notes[:MOST])
+        return Report([_relative(line, folder) for line in found], notes)
     found, good = _file_problems(folder, manifest)
     found += _meaning_problems(manifest)
     for name in good:
@@ -72,7 +79,7 @@ def examine(folder: str | os.PathLike) -> Report:
         notes += newer
     if not found:
         found = _head_problems(folder / RIG, manifest)
-    return Report(found[:MOST], notes[:MOST])
+    return Report(found, notes)
 
 
 def _relative(line, folder):

@@ -5,11 +5,13 @@ import numpy as np
 from bakery.detectors import portrait
 from bakery.evaluate import segmenting
 
+SQUARE = (len(portrait.CLASSES),) * 2
+
 
 def test_overlaps_of_known_answers():
     truth = np.array([[0, 0, 1, 1], [11, 12, 12, 255]])
     answer = np.array([[0, 1, 1, 1], [12, 11, 12, 5]])
-    found = segmenting.overlaps(segmenting.confusion(truth, answer))
+    found = segmenting.overlaps(segmenting.confusion(truth, answer, SQUARE))
     assert found["background"] == 0.5 and found["skin"] == round(2 / 3, 4)
     assert found["frame"] == 0 and found["lens"] == round(1 / 3, 4)
     assert found["glasses"] == 1.0  # frame and lens may be taken for each other
@@ -18,7 +20,7 @@ def test_overlaps_of_known_answers():
 
 def test_a_right_answer_overlaps_wholly():
     labels = np.random.default_rng(0).integers(0, len(portrait.CLASSES), (40, 40))
-    found = segmenting.overlaps(segmenting.confusion(labels, labels))
+    found = segmenting.overlaps(segmenting.confusion(labels, labels, SQUARE))
     assert all(value == 1 for value in found.values())
 
 

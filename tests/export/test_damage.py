@@ -190,3 +190,13 @@ def test_inspect_of_a_bundle_without_its_face(copy, bakery):
     done = bakery("inspect", copy)
     assert done.returncode == 1 and len(done.stderr.splitlines()) == 1
     assert "face.exr: no such file" in done.stderr
+
+
+def test_a_finding_about_a_name_without_end_is_short(copy):
+    """One line that a terminal can show, whatever its author wrote (found by the fuzzer)."""
+    name = "web/avatar.json"
+    table = json.loads((copy / name).read_text())
+    next(iter(table["atlases"].values()))["file"] = "x" * 5000 + ".png"
+    swap(copy, name, json.dumps(table).encode())
+    (line,) = problems(copy)
+    assert line.startswith(f"{name}: names web/xxx") and len(line) < 400

@@ -21,6 +21,7 @@ folder = click.Path(path_type=Path)
 def segment(portraits, file, bank, count):
     """IoU of classes on painted portraits of BANK; outline, glasses and skin on real ones.
 
+    Painted portraits are labelled as `bakery segment` does it, then by the network alone.
     PORTRAITS is a folder with dense478.npz that holds london and congress; without it, only
     painted portraits are looked at.
     """
@@ -31,7 +32,9 @@ def segment(portraits, file, bank, count):
         raise click.UsageError("nothing to measure: give PORTRAITS, --bank or both")
     network = segmenter.load(file) if file else segmenter.shipped()
     if bank:
-        click.echo(json.dumps(segmenting.painted(bank, network, count)))
+        if not file:
+            click.echo(json.dumps({"stage": segmenting.staged(bank, limit=count)}))
+        click.echo(json.dumps({"network alone": segmenting.painted(bank, network, count)}))
     if not portraits:
         return
     rows: list[list] = [[], []]

@@ -86,8 +86,9 @@ def classify(window: Window, rounds: int) -> Found:
     behind, hair = shares[portrait.BACKGROUND], shares[portrait.HAIR]
     seen_through = shares[portrait.LENS] * clear
     body = shares[list(portrait.BODY)].sum(0) + seen_through
-    four = np.where(inside, np.stack([behind, body, hair, worn]), ruled.shares)
-    labels = np.where(inside, labels, ruled.shares.argmax(0)).astype(np.uint8)
+    outside = _continued(ruled.shares, behind, worn)
+    four = np.where(inside, np.stack([behind, body, hair, worn]), outside)
+    labels = np.where(inside, labels, outside.argmax(0)).astype(np.uint8)
     _settle_specks(four)
     hidden = (thing | (ruled.hidden & agreed)) & ~glasses
     four[:, glasses | hidden] = 0
@@ -193,6 +194,19 @@ def _eyewear(small, labels, points, radius):
     opaque = overlays.find_lenses(small, points, radius)
     opaque |= overlays.find_reflections(small, frames | lens, points, radius)
     return frames | (lens & opaque), lens & ~opaque & ~frames
+
+
+def _continued(ruled, behind, worn):
+    """Shares [4, S, S] outside of the crop: the rules', but clothes go on from the crop's border.
+
+    Skin and hair are left to the rules: a bare chest ends no network's crop, hair seldom reaches it.
+    """
+    out = ruled.copy()
+    either = ruled[BACKGROUND] + ruled[CLOTHES]
+    known = np.maximum(ruled[CLOTHES] * worn + ruled[BACKGROUND] * behind, 1e-6)
+    out[CLOTHES] = either * ruled[CLOTHES] * worn / known
+    out[BACKGROUND] = either - out[CLOTHES]
+    return out
 
 
 def _settle_specks(four):
