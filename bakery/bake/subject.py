@@ -16,7 +16,7 @@ from bakery.stages.condition import SIZE, condition, finer
 from bakery.stages.face_frame import cut, face_frame
 from bakery.stages.fit.lids import close_lids
 from bakery.stages.segment import HAIR, Segmentation
-from bakery.stages.texture.hair import cover_of
+from bakery.stages.texture.hair import mattes_of
 from bakery.stages.texture.neutral import prepare
 from bakery.types import Camera, Conditions, Fit, Landmarks, Photo
 
@@ -70,9 +70,9 @@ class FittedSubject:
         fit, segmentation = fit_portrait(path, photo, landmarks, head, self.options)
         neutral = fitted_neutral(head, fit)
         self.head = close_lids(head, neutral)  # lashes are the player's, no generator draws them
-        cover = cover_of(photo.encoded, segmentation, landmarks.points)
+        mattes = mattes_of(photo.encoded, segmentation, landmarks.points)
         resolution = self.options.texture.resolution
-        prepared = prepare(photo, landmarks, fit, neutral, self.head, cover, resolution)
+        prepared = prepare(photo, landmarks, fit, neutral, self.head, mattes, resolution)
         self.subject, self.hair = prepared.subject, prepared.hair
         self.neutral = self._observation(photo, landmarks.points, fit, segmentation, neutral)
 

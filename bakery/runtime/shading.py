@@ -1,4 +1,4 @@
-"""The last loops of the fast player: from faces in sight to colours, and to bytes."""
+"""The last loops of the fast player: from visible faces to colours, and to bytes."""
 
 import numpy as np
 

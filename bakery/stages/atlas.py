@@ -139,7 +139,7 @@ def make_view(
 
 
 @dataclass(frozen=True)
-class Sight:
+class Visibility:
     """Where a camera sees the texels of an atlas, a row a texel."""
 
     pixels: np.ndarray  # [N, 2] float32
@@ -152,8 +152,8 @@ class Sight:
         return (facing * self.visible).astype(np.float32)
 
 
-def see(atlas: Atlas, view: View, tolerance: float = 2.0) -> Sight:
-    """Look at every texel of an atlas through a View: Sight.
+def visibility_of(atlas: Atlas, view: View, tolerance: float = 2.0) -> Visibility:
+    """Where the camera of a View sees the texels of an atlas: Visibility.
 
     Args:
         tolerance: mm that a visible texel may lie behind the z-buffer.
@@ -169,7 +169,7 @@ def see(atlas: Atlas, view: View, tolerance: float = 2.0) -> Sight:
     row = np.clip(y.astype(int), 0, view.camera.height - 1)
     slack = tolerance + 1.5 * np.sqrt(np.maximum(1 - cosine**2, 0)) / np.maximum(cosine, 0.1)
     seen = inside & (-points[:, 2] < view.nearest[row, column] + slack)
-    return Sight(pixels, cosine, seen * bilinear(view.edge, pixels))
+    return Visibility(pixels, cosine, seen * bilinear(view.edge, pixels))
 
 
 def soften(weight: np.ndarray, inside: np.ndarray, blur: float = 1 / 400) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 from bakery.errors import InputError
 from bakery.geometry import rotation
 from bakery.heads.mesh.draw import SIZE, SKIN, cast, draw, first_view, frames
-from bakery.heads.mesh.pose import Seen, Sights, shape_of, similarity
+from bakery.heads.mesh.pose import Seen, ViewRays, shape_of, similarity
 from bakery.heads.mesh.read import Surface, pieces
 from bakery.heads.mesh.register import FLESH, fit_identity
 from bakery.heads.report import shaded as clay
@@ -90,7 +90,7 @@ def biases(seen, views, find, head):
     Args:
         seen: Seen, what the head is shaped after; views: list of View that it is drawn as.
     """
-    vertices, _, _ = fit_identity(head, seen, seen.sights.trust + 1e-6)
+    vertices, _, _ = fit_identity(head, seen, seen.rays.trust + 1e-6)
     chosen = head.part_faces(*FLESH, "eye_left", "eye_right")
     color = clay.colors(head)[chosen].mean(1)
     color[np.isin(chosen, head.part_faces(*FLESH))] = SKIN
@@ -155,7 +155,7 @@ def seen_in(views, pixels, trust, about):
     Returns:
         Seen.
     """
-    sights = Sights(
+    rays = ViewRays(
         np.array([view.eye for view in views]),
         np.array([view.rays(points) for view, points in zip(views, pixels)]),
         trust,
@@ -164,4 +164,4 @@ def seen_in(views, pixels, trust, about):
     places, weights = np.array([at for at, _ in casts]), np.array([w for _, w in casts])
     weights = weights * trust + 1e-6
     points = np.einsum("nl,nlc->lc", weights / weights.sum(0), places)
-    return Seen(points, weights.max(0), about, sights)
+    return Seen(points, weights.max(0), about, rays)

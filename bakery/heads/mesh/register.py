@@ -56,7 +56,7 @@ class Laid:
 def wanted(seen, places):
     """Where landmarks at places [468, 3] should be by Seen or Posed: on their lines of sight, or as
     given."""
-    return seen.points if seen.sights is None else seen.sights.nearest(places)
+    return seen.points if seen.rays is None else seen.rays.nearest(places)
 
 
 def fit_identity(head, seen, weight, rounds=15):
@@ -96,7 +96,7 @@ def lay(head, posed, skin):
     Returns:
         Laid.
     """
-    trust = (posed.weight if posed.sights is None else posed.sights.trust) + 1e-6
+    trust = (posed.weight if posed.rays is None else posed.rays.trust) + 1e-6
     trust[marks.OVAL] *= VAGUE
     trust[marks.BROWS] *= VAGUE
     start, scale, turn = fit_identity(head, posed, trust)

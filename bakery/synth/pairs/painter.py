@@ -28,7 +28,7 @@ from bakery.stages.condition import condition, face_camera, finer
 from bakery.stages.fit.lids import close_lids
 from bakery.stages.fit.warp import residual_offsets
 from bakery.stages.texture import VIEWS
-from bakery.stages.texture.hair import Cover
+from bakery.stages.texture.hair import Mattes
 from bakery.stages.texture.lids import lid_skin
 from bakery.stages.texture.neutral import prepare
 from bakery.synth import facial, film, quick, skins
@@ -279,8 +279,8 @@ def paint_subject(stage, paths, seed, options=PairOptions()):
     low, high = marks.min(0), marks.max(0)
     found = Landmarks(np.concatenate([low, high - low]), 1.0, marks, np.ones(len(marks)))
     bald = np.zeros(kind.shape, np.float32)
-    cover = Cover((kind == PARTS.index("skin")).astype(np.float32), bald, bald, bald)
-    prepared = prepare(photo, found, fit, neutral, head, cover, size * PHOTO_SIZE)
+    mattes = Mattes((kind == PARTS.index("skin")).astype(np.float32), bald, bald, bald)
+    prepared = prepare(photo, found, fit, neutral, head, mattes, size * PHOTO_SIZE)
     subject = prepared.subject
 
     small = cv2.resize(photo.encoded, (size, size), interpolation=cv2.INTER_AREA)
