@@ -13,7 +13,7 @@ from bakery.bake.subject import FittedSubject
 from bakery.errors import InputError
 from bakery.export.manifest import IPTC
 from bakery.formats import video
-from bakery.generators.planes import NONE, face_mask
+from bakery.generators.channels import NONE, face_mask
 from bakery.generators.shade import is_part
 from bakery.generators.steady import SteadyGenerator
 from bakery.geometry import camera as cameras
@@ -84,7 +84,7 @@ def paint(fitted, target, generator, hair=True):
         hair: whether the hair of the portrait is laid over.
 
     Returns:
-        picture [H, W, 3] float32 sRGB-encoded, and the face [H, W] 0..1 as `planes.face_mask` has
+        picture [H, W, 3] float32 sRGB-encoded, and the face [H, W] 0..1 as `channels.face_mask` has
         it. The hair layer is no part of that: it carries skin too, beside the hair.
     """
     own = fitted.neutral.fit

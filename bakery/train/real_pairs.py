@@ -12,8 +12,7 @@ import numpy as np
 
 from bakery.bake.subject import FittedSubject
 from bakery.errors import BakeryError
-from bakery.generators.hints import hints
-from bakery.generators.planes import encode
+from bakery.generators.channels import encode, expression_channels
 from bakery.geometry.color import LUMA, to_linear
 from bakery.geometry.fill import diffuse
 from bakery.geometry.sample import bicubic
@@ -65,23 +64,23 @@ def pair_of(fitted, observation, number):
         observation: of `fitted.sit`; `fitted.neutral` makes the neutral photo its own target.
         number: of the subject.
     """
-    layers, fit = observation.planes, observation.fit
+    channels, fit = observation.channels, observation.fit
     target = observation.head_only
     for mend in (without_drift, registered):
-        target = mend(target, layers.deformed, observation.face, layers.part)
+        target = mend(target, channels.deformed, observation.face, channels.part)
     return PaintedPair(
         photo=fitted.neutral.head_only,
         photo_face=fitted.neutral.face,
         target=target,
-        deformed=layers.deformed,
-        normals=layers.normals,
-        depth=layers.depth,
-        gaze=layers.gaze,
-        part=layers.part,
+        deformed=channels.deformed,
+        normals=channels.normals,
+        depth=channels.depth,
+        gaze=channels.gaze,
+        part=channels.part,
         face=observation.face,
         landmarks=observation.points.astype(np.float32),
         expression=fit.expression.astype(np.float32),
-        **hints(fitted.subject, observation.conditions, observation.camera),
+        **expression_channels(fitted.subject, observation.conditions, observation.camera),
         gaze_angles=np.asarray(fit.gaze, np.float32),
         yaw=0.0,
         pitch=0.0,

@@ -12,9 +12,13 @@ import cv2
 import numpy as np
 
 from bakery.formats.targets import read_keys
+from bakery.generators.channels import (
+    condition_channels,
+    expression_channels,
+    face_mask,
+    shrunk_channels,
+)
 from bakery.generators.folds import make_folds
-from bakery.generators.hints import hints
-from bakery.generators.planes import face_mask, planes, shrunk_planes
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import LUMA, to_encoded
@@ -317,11 +321,11 @@ def _target(rng, figure, subject, fit, head, neutral, gain, shared, options, pos
         target=np.round(truth).astype(np.uint8),
         landmarks=cameras.project(marks, camera).astype(np.float32),
         expression=expression,
-        **hints(subject, drawn, camera),
+        **expression_channels(subject, drawn, camera),
         gaze_angles=gaze.astype(np.float32),
         yaw=yaw,
         pitch=pitch,
-        **vars(shrunk_planes(planes(head, drawn), options.size)),
+        **vars(shrunk_channels(condition_channels(head, drawn), options.size)),
         **shared,
     )
 
