@@ -79,17 +79,17 @@ def animate(
     output = sequence or Path(output)
     options.may_go_on(work, marks=("lock", "*.key"))
     from bakery.motion import files as movies
-    from bakery.motion.animate import Show, parse_frames
+    from bakery.motion.animate import RenderSettings, parse_frames
     from bakery.show import frame as scenes
 
     first, last = parse_frames(frames)
-    show = Show(
+    settings = RenderSettings(
         view=scenes.parse(view=view)["view"], size=size, rate=fps, first=first, last=last,
         dynamic=textures == "dynamic", hair=hair, film=sequence is None,
     )  # fmt: skip
     with options.progress(Path(str(output)).name) as progress:
         take, made = movies.animate(
-            bundle, curves, output, show, gain, neutral, sound, progress, work, base
+            bundle, curves, output, settings, gain, neutral, sound, progress, work, base
         )
     for note in take.notes:
         options.say(f"{curves}: {note}")

@@ -64,10 +64,12 @@ def animate(bundle, curves, base, size, frames, view, kind):
     from bakery.evaluate import playing
     from bakery.export.open import open_avatar
     from bakery.formats.livelink import read_take
-    from bakery.motion.animate import Show, parse_frames
+    from bakery.motion.animate import RenderSettings, parse_frames
     from bakery.show import frame as scenes
 
     first, last = parse_frames(frames)
-    show = Show(view=scenes.parse(view=view)["view"], size=size, first=first, last=last)
-    result = playing.measure(open_avatar(bundle), read_take(curves, base), show, kind)
+    settings = RenderSettings(
+        view=scenes.parse(view=view)["view"], size=size, first=first, last=last
+    )
+    result = playing.measure(open_avatar(bundle), read_take(curves, base), settings, kind)
     click.echo(json.dumps(vars(result)))
