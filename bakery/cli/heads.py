@@ -80,7 +80,7 @@ def describe(name):
 @click.option("--skin", is_flag=True, help="With painted skin, eyes and hair: minutes.")
 @options.overwrite
 def sheet(name, output, seed, skin, overwrite):
-    """Draw head model NAME in clay or with skin: its 52 shapes, and 24 random people.
+    """Draw head model NAME as shaded previews or with skin: its 52 shapes, and 24 random people.
 
     \b
     bakery heads sheet makehuman -o docs/heads --overwrite
@@ -89,10 +89,10 @@ def sheet(name, output, seed, skin, overwrite):
 
     from bakery.formats.image import write_image
     from bakery.heads.file import load_head
-    from bakery.heads.report import shaded as clay
+    from bakery.heads.report import shaded
 
     head = load_head(name)
-    draw, suffix = clay, ""
+    draw, suffix = shaded, ""
     if skin:
         from bakery.synth import sheets as draw
 
