@@ -78,17 +78,17 @@ def animate(
         options.may_write(place, overwrite)
     output = sequence or Path(output)
     options.may_go_on(work, marks=("lock", "*.key"))
-    from bakery.motion import files as movies
+    from bakery.motion import files
     from bakery.motion.animate import RenderSettings, parse_frames
-    from bakery.show import frame as scenes
+    from bakery.show import frame
 
     first, last = parse_frames(frames)
     settings = RenderSettings(
-        view=scenes.parse(view=view)["view"], size=size, rate=fps, first=first, last=last,
+        view=frame.parse(view=view)["view"], size=size, rate=fps, first=first, last=last,
         dynamic=textures == "dynamic", hair=hair, film=sequence is None,
     )  # fmt: skip
     with options.progress(Path(str(output)).name) as progress:
-        take, made = movies.animate(
+        take, made = files.animate(
             bundle, curves, output, settings, gain, neutral, sound, progress, work, base
         )
     for note in take.notes:
@@ -111,11 +111,11 @@ def retarget(curves, output, base, gain, neutral, overwrite):
     \b
     bakery retarget take.csv -o mine.csv --neutral 0 --gain 1.2 --gain jawOpen=0.8,head=0.5
     """
-    from bakery.motion import files as movies
+    from bakery.motion import files
 
     options.may_write(output, overwrite)
-    take = movies.retargeted(curves, gain, neutral, base)
-    options.write(output, movies.format_take(take))
+    take = files.retargeted(curves, gain, neutral, base)
+    options.write(output, files.format_take(take))
     for note in take.notes:
         options.say(f"{curves}: {note}")
     options.wrote(output)

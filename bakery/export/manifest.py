@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bakery import __version__
-from bakery.export import bundle as files
+from bakery.export import bundle as bundles
 from bakery.export import layout
 from bakery.export.lod import COARSE, SHARES, head_surfaces, simplify
 from bakery.export.schema import VERSION
@@ -171,7 +171,7 @@ def _textures_table(textures, masks):
     columns, rows = layout.mouth_grid(mouths)
     return {
         "keys": [
-            {"name": name, "part": name, "weights": files.sparse(weights)}
+            {"name": name, "part": name, "weights": bundles.sparse(weights)}
             for name, weights in zip(textures.key_names, textures.key_weights)
         ],
         "hair": {
@@ -191,7 +191,7 @@ def _textures_table(textures, masks):
             "columns": columns,
             "rows": rows,
             "landmarks": record.numbers(textures.mouth_landmarks, 5),
-            "weights": [files.sparse(weights) for weights in textures.mouth_weights],
+            "weights": [bundles.sparse(weights) for weights in textures.mouth_weights],
         },
         "masks": {
             "file": "masks.exr",

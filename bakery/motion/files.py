@@ -5,7 +5,7 @@ from pathlib import Path
 
 from bakery import __version__
 from bakery.errors import FitError, InputError, UsageProblem
-from bakery.export import bundle as files
+from bakery.export import bundle as bundles
 from bakery.export.open import open_avatar
 from bakery.formats.files import digest_file
 from bakery.formats.livelink import format_take, read_take
@@ -126,7 +126,7 @@ def animate(
         BakeryError: what the user can mend.
     """
     take = retargeted(curves, gain, neutral, base)
-    manifest = files.read_manifest(bundle)
+    manifest = bundles.read_manifest(bundle)
     avatar = open_avatar(bundle)
     key = [__version__, digest_file(bundle / MANIFEST)]
     note = note_of(manifest)

@@ -26,7 +26,7 @@ from bakery.heads.file import load_head
 from bakery.landmarks import FACE
 from bakery.parallel import side_by_side
 from bakery.runtime.blend import lay_hair
-from bakery.show import frame as scenes
+from bakery.show import frame as frames
 from bakery.stages.condition import condition, face_camera, finer, shrunk
 from bakery.stages.face_frame import face_frame
 
@@ -53,7 +53,7 @@ def parse(weights="", fitted=None, gaze=None, yaw=None, pitch=None):
     """
     if fitted and (yaw is not None or pitch is not None):
         raise InputError("--fit brings its own view; leave out --yaw and --pitch, or --fit")
-    asked = scenes.parse(weights, fitted, gaze)
+    asked = frames.parse(weights, fitted, gaze)
     direction = asked["gaze"]
     if direction is None:
         direction = gaze_of(asked["expression"]).mean(0)
@@ -88,7 +88,7 @@ def paint(fitted, target, generator, hair=True):
         it. The hair layer is no part of that: it carries skin too, beside the hair.
     """
     own = fitted.neutral.fit
-    neutral = scenes.neutral_for(fitted.head, fitted.subject.neutral, own.head, target.fit)
+    neutral = frames.neutral_for(fitted.head, fitted.subject.neutral, own.head, target.fit)
     if target.fit is None:
         frame = face_camera(own, fitted.head, neutral, *target.view)
         camera = finer(frame)

@@ -10,7 +10,7 @@ import pytest
 from bakery.detectors import frames
 from bakery.errors import InputError
 from bakery.landmarks import face_size
-from bakery.motion import follow as following
+from bakery.motion import follow as follows
 from bakery.motion.follow import FollowOptions, follow
 from bakery.motion.gaps import filled, gaps_of, told
 from bakery.plugins import plug_in
@@ -255,4 +255,4 @@ def test_gaps_are_told():
 
 def test_turns_count_by_the_shorter_way():
     one = frames.FaceFrame(np.zeros(2), 10.0, np.pi - 0.01)
-    assert following.moved(one, replace(one, roll=-np.pi + 0.01)) == pytest.approx(0.02)
+    assert follows.moved(one, replace(one, roll=-np.pi + 0.01)) == pytest.approx(0.02)

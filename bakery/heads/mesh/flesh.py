@@ -6,7 +6,7 @@ import numpy as np
 
 from bakery.heads import boundaries
 from bakery.heads.base import EYES, PARTS
-from bakery.heads.build import flatten as atlas
+from bakery.heads.build import flatten
 from bakery.heads.embed import on_faces, sides, skin_rims, with_landmarks
 from bakery.heads.mesh import openings, parts, register, transfer, unwrap
 from bakery.heads.mesh.lining import lining
@@ -62,7 +62,7 @@ def of_file(skin, found, laid):
         parts=np.array([PARTS.index(name) for name in part], np.uint8),
         mean=skin.vertices,
         faces=skin.faces,
-        uv=place(uv, atlas.SKIN_BOX),
+        uv=place(uv, flatten.SKIN_BOX),
         uv_faces=uv_faces,
         follow=follow_ids("skin", len(skin.vertices)),
         identity=transfer.people(skin.vertices, skin.faces, pairs, laid),
