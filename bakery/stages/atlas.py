@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import cv2
 import numpy as np
@@ -14,6 +13,7 @@ from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import CARRIERS, PARTS, HeadModel
+from bakery.memo import once_per_object
 from bakery.types import Camera
 
 GUTTER = 6  # texels that charts grow into the space between them, at any resolution
@@ -59,7 +59,8 @@ class Atlas:
         """Boolean [N]: texels of the named parts."""
         return np.isin(self.part, [PARTS.index(part) for part in parts])
 
-    @cached_property
+    @property
+    @once_per_object
     def _nearest(self) -> tuple[np.ndarray, np.ndarray]:
         """Flat number of the nearest texel on a face, for every texel within the gutter."""
         empty = np.ones(self.size * self.size, np.uint8)
