@@ -12,7 +12,7 @@ gain = click.option(
 )  # fmt: skip
 neutral = click.option(
     "--neutral", type=click.IntRange(0), metavar="FRAME",
-    help="Row of the take, from 0, at which the face rests; its pose is taken off all.",
+    help="Row of the take, from 0, at which the face rests; its pose is subtracted from all.",
 )  # fmt: skip
 timecode_base = click.option(
     "--timecode-base", "base", type=click.IntRange(1, 240), metavar="N",
@@ -106,7 +106,7 @@ def animate(
 @neutral
 @options.overwrite
 def retarget(curves, output, base, gain, neutral, overwrite):
-    """Change a take: its resting face taken off, its strength raised or lowered.
+    """Change a take: its resting face subtracted, its weights scaled.
 
     \b
     bakery retarget take.csv -o mine.csv --neutral 0 --gain 1.2 --gain jawOpen=0.8,head=0.5

@@ -41,7 +41,7 @@ NOMINAL = (
 )  # pixels a mm of a frame of 512 pixels, at which the network was trained
 ZOOMS = (0.87, 1.15)  # scales over NOMINAL that are taken as they are; training varied them by 12%
 ROUNDED = 0.02  # of a side by which a picture that is resized anyway may be off to need no padding
-PHOTO_SHARE = 0.78  # of the side of Subject.photo that the height of the landmarks takes
+PHOTO_RATIO = 0.78  # of the side of Subject.photo that the height of the landmarks takes
 
 
 class PaganGenerator:
@@ -207,7 +207,7 @@ def aligned_photo(subject, conditions):
     pixels = cameras.project(subject.head.landmarks(subject.neutral)[:FACE], conditions.camera)
     low, high = pixels.min(0), pixels.max(0)
     side = subject.photo.shape[0]
-    scale = (high[1] - low[1]) / (PHOTO_SHARE * side)
+    scale = (high[1] - low[1]) / (PHOTO_RATIO * side)
     shift = (low + high) / 2 - scale * side / 2
     matrix = np.column_stack([np.eye(2) * scale, shift + 0.5 * scale - 0.5])
     size = (conditions.camera.width, conditions.camera.height)

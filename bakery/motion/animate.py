@@ -23,7 +23,7 @@ from bakery.stages.condition import face_camera
 from bakery.stages.fit.gaze import LIMIT
 
 PART = 150  # frames that are encoded together, and lost together by an interruption
-FACE_SHARE = 0.6  # of the picture's height that the face takes, as `bakery render` shows it
+FACE_RATIO = 0.6  # of the picture's height that the face takes, as `bakery render` shows it
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class AnimationPlayer:
         if settings.view != "photo":
             yaw, pitch = (0.0, 0.0) if settings.view == "front" else settings.view
             return face_camera(
-                avatar.fit, avatar.head, avatar.neutral, yaw, pitch, size, FACE_SHARE
+                avatar.fit, avatar.head, avatar.neutral, yaw, pitch, size, FACE_RATIO
             )
         camera = avatar.fit.camera
         scale, step = size / max(camera.width, camera.height), 2 if settings.film else 1

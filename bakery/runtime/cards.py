@@ -77,8 +77,8 @@ def lay_cards(
         seen = inside & (near * depth[box] > 1)
         if not seen.any():
             continue
-        share = corner_weights[seen] / near[seen][:, None]
-        uv = share @ head.uv[head.uv_faces[face]].astype(np.float64)
+        barycentric = corner_weights[seen] / near[seen][:, None]
+        uv = barycentric @ head.uv[head.uv_faces[face]].astype(np.float64)
         card = weight * bilinear(layer, uv[None] * layer.shape[0])[0]
         if card[:, 3].any():
             _mix(color[box], alpha[box], known[box], seen, card)
@@ -118,13 +118,13 @@ def _mix(
     card: np.ndarray,
 ) -> None:
     """Lay card texels [n, 4] over the pixels `seen` of views into the picture."""
-    share = np.clip(card[:, 3:], 0, 1)
-    own = card[:, :3] / np.maximum(share, 1e-6)
+    opacity = np.clip(card[:, 3:], 0, 1)
+    own = card[:, :3] / np.maximum(opacity, 1e-6)
     solid = alpha[seen][:, None] > 0.999
     behind = color[seen]
-    over = to_linear(to_encoded(behind) * (1 - share) + to_encoded(own) * share)
-    color[seen] = np.where(solid, over, behind * (1 - share) + card[:, :3])
+    over = to_linear(to_encoded(behind) * (1 - opacity) + to_encoded(own) * opacity)
+    color[seen] = np.where(solid, over, behind * (1 - opacity) + card[:, :3])
     for plane in (alpha, known):
         plane[seen] = np.where(
-            solid[:, 0], plane[seen], share[:, 0] + plane[seen] * (1 - share[:, 0])
+            solid[:, 0], plane[seen], opacity[:, 0] + plane[seen] * (1 - opacity[:, 0])
         )

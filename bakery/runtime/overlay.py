@@ -204,8 +204,8 @@ def _shaded(photo: np.ndarray, head: HeadModel, vertices: np.ndarray, camera: Ca
     normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-6)
     light = 0.25 + 0.75 * np.clip(normals @ [-0.35, 0.45, 0.82], 0, 1)
     inside = seen.face >= 0
-    share = np.where(inside, 1 - SEE_THROUGH, 0)[..., None]
-    out: np.ndarray = photo * (1 - share) + 255 * SHADE * light[..., None] * share
+    opacity = np.where(inside, 1 - SEE_THROUGH, 0)[..., None]
+    out: np.ndarray = photo * (1 - opacity) + 255 * SHADE * light[..., None] * opacity
     out = (out + 0.5).astype(np.uint8)
     edges, _ = cv2.findContours(inside.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     cv2.drawContours(out, edges, -1, FITTED, 2, cv2.LINE_AA)

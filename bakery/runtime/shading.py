@@ -39,9 +39,9 @@ def shade(
                     covered = near and cards[here, there, 3] < 1
                     if f < 0:
                         if covered:
-                            r, g, b, share = alone(cards[here, there])
+                            r, g, b, opacity = alone(cards[here, there])
                             red, green, blue = red + r, green + g, blue + b
-                            known, hits = known + share, hits + share * weigh
+                            known, hits = known + opacity, hits + opacity * weigh
                         continue
                     which = np.uint64(kind[np.uint64(f)])
                     start, width, height = places[which, 0], places[which, 1], places[which, 2]

@@ -31,7 +31,7 @@ from bakery.stages.condition import condition, face_camera, finer, shrunk
 from bakery.stages.face_frame import face_frame
 
 BACKGROUND = 0.5  # sRGB-encoded gray where the head is not
-FILM_SHARE = 0.6  # of the height of a video that the face takes, as `bakery animate` shows it
+FILM_RATIO = 0.6  # of the height of a video that the face takes, as `bakery animate` shows it
 STEEPEST = 60.0  # degrees of yaw and pitch that are painted
 
 
@@ -164,7 +164,7 @@ def film(fitted, take, generator, output, view=(0.0, 0.0), frames=None, progress
     if not len(chosen):
         raise InputError(f"--frames: the take has {count} frames; begin below that")
     still = face_camera(
-        fitted.neutral.fit, fitted.head, fitted.subject.neutral, *view, share=FILM_SHARE
+        fitted.neutral.fit, fitted.head, fitted.subject.neutral, *view, ratio=FILM_RATIO
     )
     show = progress or (lambda step, done, total: None)
     subject, steady = fitted.subject, SteadyGenerator(generator)
