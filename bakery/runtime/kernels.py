@@ -1,6 +1,6 @@
 """Inner loops of the fast player: what `render`, `blend` and `mouth` say, texel by texel.
 
-What lies over the head and the last loop of all stand in `card_kernels` and `shading`.
+What lies over the head and the last loop of all stand in `lash_card_kernels` and `shading`.
 
 Each compiles once with numba and is kept on disk; none holds the interpreter's lock, so that frames
 are drawn side by side in threads.

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from bakery.runtime.card_kernels import alone, under
 from bakery.runtime.kernels import jit, place_on
+from bakery.runtime.lash_card_kernels import alone, under
 
 
 @jit
@@ -20,7 +20,7 @@ def shade(
             16 bytes, which are read at once.
         places: [kinds, 3] int64: where each texture begins, its width and height.
         whole: whether the fourth channel is wanted.
-        cards: [H n, W n, 4] float32, as from `card_kernels.lay_cards`, inside the box `over`.
+        cards: [H n, W n, 4] float32, as from `lash_card_kernels.lay_cards`, inside the box `over`.
         out: [H, W, 4] float32, written: linear, premultiplied by alpha.
         alpha: [H, W] float32, written.
     """

@@ -1,8 +1,8 @@
-"""Lashes and tear line over a drawn picture: the clear reference.
+"""Lash cards and tear line over a drawn picture: the clear reference.
 
-The lid of a portrait carries its photographed lashes already. So the cards show as far as those are
-out of sight: from the sides, and when the eye shuts and the lid shows skin that no photo saw. Cards
-are see-through, so that they are laid over what is nearest, one after the other in the order of their
+The lid of a portrait carries its photographed lashes already. So the lash cards show as far as those
+are hidden: from the sides, and when the eye shuts and the lid shows skin that no photo saw. They are
+translucent, so that they are laid over what is nearest, one after the other in the order of their
 faces, from both sides. They are mixed in sRGB, not in linear light: so does every browser.
 """
 
@@ -16,12 +16,12 @@ from bakery.geometry.sample import bilinear
 from bakery.heads.base import CARDS, HeadModel
 from bakery.types import EXPRESSION_INDEX, Camera
 
-AS_PHOTOGRAPHED = 0.25  # of the cards shows where the photo's lashes do
+AS_PHOTOGRAPHED = 0.25  # of the lash cards shows where the photo's lashes do
 TURNED = (8.0, 32.0)  # degrees off the photo's view at which more begins to show, and all does
 
 
 def card_weights(camera: Camera, photo_camera: Camera, expression: np.ndarray) -> np.ndarray:
-    """How much of the cards of the left and of the right eye shows: [2] float32, 0..1.
+    """How much of the lash cards of the left and of the right eye shows: [2] float32, 0..1.
 
     From the photo's own view a share of them, until a bare lid takes the photographed one's place.
 
@@ -38,7 +38,7 @@ def card_weights(camera: Camera, photo_camera: Camera, expression: np.ndarray) -
 
 
 def card_sides(head: HeadModel, faces: np.ndarray) -> np.ndarray:
-    """Which eye's the cards are: [F], 0 for the left, 1 for the right."""
+    """Which eye's the lash cards are: [F], 0 for the left, 1 for the right."""
     middle: np.ndarray = head.mean[head.faces[faces]].mean(1)
     return (middle[:, 0] < 0).astype(int)
 
@@ -54,7 +54,7 @@ def lay_cards(
     layer: np.ndarray,
     weights: np.ndarray,
 ) -> None:
-    """Draw the cards of a head over a picture.
+    """Draw the lash cards and tear line of a head over a picture.
 
     Args:
         color: [H, W, 3] float32 linear, premultiplied by alpha; changed, as are the next two.

@@ -1,6 +1,6 @@
-"""Inner loops of lashes and tear line: what `cards` says, sample by sample.
+"""Inner loops of lashes and tear line: what `lash_cards` says, sample by sample.
 
-Cards are laid together first, apart from the picture: what they add and what they let through, both
+They are laid together first, apart from the picture: what they add and what they let through, both
 in sRGB. So the picture is mixed with them once a sample, however many lie over each other.
 """
 
@@ -41,7 +41,7 @@ def lay_cards(
     box: tuple[int, int, int, int],
     out: np.ndarray,
 ) -> None:
-    """Lay the cards together, in the order of their faces, where nothing is before them.
+    """Lay lash cards and tear line together, in the order of their faces, where nothing is before them.
 
     Args:
         pixels: [V, 2] float64; inverse: [V] 1/depth, 0 behind the camera.
