@@ -32,10 +32,7 @@ PARTS = (
     "eye_cap_right",
 )
 CARRIERS = ("mouth_sheet", "eye_cap_left", "eye_cap_right")  # what the runtime shows
-CARDS = (
-    "lashes",
-    "tear",
-)  # lash cards and tear line, drawn over the rest, as clear as the hair layer makes them
+CARDS = ("lashes", "tear")  # drawn over the rest, as clear as the hair layer makes them
 INTERIOR = (  # what the generator's conditions show instead
     "eye_socket mouth_cavity eye_left eye_right teeth_upper teeth_lower gums_upper gums_lower tongue"
 ).split()
