@@ -149,9 +149,9 @@ class PaganGenerator:
         below, right = -height % self._unit, -width % self._unit
         stack = cv2.merge([channels[name] for name in self.network.options.inputs])
         stack = cv2.copyMakeBorder(stack, 0, below, 0, right, cv2.BORDER_CONSTANT)
-        rows, columns, channels = stack.shape
-        squares = stack.reshape(rows // 2, 2, columns // 2, 2, channels).transpose(0, 2, 1, 3, 4)
-        squares = np.ascontiguousarray(squares).reshape(1, rows // 2, columns // 2, 4 * channels)
+        rows, columns, depth = stack.shape
+        squares = stack.reshape(rows // 2, 2, columns // 2, 2, depth).transpose(0, 2, 1, 3, 4)
+        squares = np.ascontiguousarray(squares).reshape(1, rows // 2, columns // 2, 4 * depth)
         with torch.inference_mode():
             x = torch.from_numpy(squares).float().sub_(self._zero).div_(self._full)
             squares = self._rounded.body(x.to(self._type).permute(0, 3, 1, 2))
