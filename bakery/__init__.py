@@ -2,7 +2,8 @@
 
     photo -> detect -> segment -> fit -> condition -> generate -> texture -> mask -> bundle -> runtime
 
-    errors, parallel, paths       what may go wrong; work on all cores; where data lies
+    errors, memo                  what may go wrong; what is computed once and kept
+    parallel, paths               work on all cores; where data lies
     check, settings               border checks; options that say what they may be
     types, landmarks, plugins     the records between stages; the 478 points; entry points
     geometry                      cameras, rotations, meshes, rasterising, sampling, light

@@ -51,7 +51,7 @@ def painted(size: int = 400, resolution: int = 512) -> Painted:
     """
     from bakery.bake.fitting import fit_portrait, own_head
     from bakery.heads.file import load_head
-    from bakery.stages.texture.hair import cover_of
+    from bakery.stages.texture.hair import mattes_of
     from bakery.stages.texture.neutral import prepare
     from bakery.synth.render import dress, paint
     from bakery.synth.scene import neutral_scene, random_scene
@@ -67,8 +67,8 @@ def painted(size: int = 400, resolution: int = 512) -> Painted:
     photo = Photo(np.asarray(picture.encoded, np.float32), "painted")
     fit, segmentation = fit_portrait("painted", photo, face, head)
     own, neutral = own_head(head, fit)
-    cover = cover_of(photo.encoded, segmentation, face.points)
-    made = prepare(photo, face, fit, neutral, own, cover, resolution)
+    mattes = mattes_of(photo.encoded, segmentation, face.points)
+    made = prepare(photo, face, fit, neutral, own, mattes, resolution)
     return Painted(photo, face, fit, own, made.subject)
 
 
@@ -189,19 +189,19 @@ def check_hair(hair: Hair) -> None:
     from bakery.bake.fitting import segment_portrait
     from bakery.bake.options import BuildOptions
     from bakery.geometry.color import to_linear
-    from bakery.stages.atlas import make_atlas, make_view, see
-    from bakery.stages.texture.hair import cover_of
+    from bakery.stages.atlas import make_atlas, make_view, visibility_of
+    from bakery.stages.texture.hair import mattes_of
 
     _named(hair)
     seen = painted()
     head, neutral = seen.head, seen.subject.neutral
     segmentation = segment_portrait(seen.photo, seen.landmarks, BuildOptions())
-    cover = cover_of(seen.photo.encoded, segmentation, seen.landmarks.points)
+    mattes = mattes_of(seen.photo.encoded, segmentation, seen.landmarks.points)
     atlas = make_atlas(head, 256).take("skin")
     vertices = head.vertices(neutral, seen.fit.expression, seen.fit.gaze)
-    sight = see(atlas, make_view(vertices, head, seen.fit.camera))
+    visibility = visibility_of(atlas, make_view(vertices, head, seen.fit.camera))
     linear = to_linear(seen.photo.encoded).astype(np.float32)
-    layers = [hair.layer(linear, cover, head, atlas, sight) for _ in range(2)]
+    layers = [hair.layer(linear, mattes, head, atlas, visibility) for _ in range(2)]
     layer = layers[0]
     assert layer.shape == (256, 256, 4), f"layer: shape {layer.shape}, needs (256, 256, 4)"
     assert layer.dtype == np.float32, f"layer: {layer.dtype}, needs float32"

@@ -11,7 +11,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "bakery"
 LAYERS = [
-    {"errors", "parallel", "paths"}, {"check", "settings"}, {"types", "landmarks"}, {"plugins"}, {"geometry"}, {"preset"},
+    {"errors", "memo", "parallel", "paths"}, {"check", "settings"}, {"types", "landmarks"}, {"plugins"}, {"geometry"}, {"preset"},
     {"formats"}, {"heads", "detectors", "generators"}, {"stages"}, {"hair"}, {"synth"},
     {"runtime"}, {"export"}, {"exporters"}, {"bake"}, {"testing", "show"}, {"motion"}, {"train"}, {"evaluate"}, {"cli"},
     {"__main__"},

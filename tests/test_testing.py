@@ -63,7 +63,7 @@ def test_a_head_whose_jaw_does_not_open(head):
 
 
 def test_hair_that_is_not_multiplied():
-    def layer(linear, cover, head, atlas, sight):
+    def layer(linear, mattes, head, atlas, visibility):
         return np.concatenate(
             [np.ones((atlas.size,) * 2 + (3,)), np.zeros((atlas.size,) * 2 + (1,))], -1
         ).astype(np.float32)

@@ -7,7 +7,7 @@ from typing import Any
 
 from bakery.bake.fitting import own_head
 from bakery.bake.options import BundleOptions
-from bakery.export import bundle as files
+from bakery.export import bundle as bundles
 from bakery.export.manifest import Baked, manifest
 from bakery.exporters.base import Exporter
 from bakery.exporters.exr import ExrExporter
@@ -65,7 +65,7 @@ def write_bundle(
             photo,
         ]
         said = list(side_by_side(operator.call, jobs))
-        files.write_manifest(folder, manifest(baked, said, files.list_files(folder)))
+        bundles.write_manifest(folder, manifest(baked, said, bundles.list_files(folder)))
 
 
 def exporters(options: BundleOptions) -> list[Exporter]:

@@ -9,14 +9,14 @@ import numpy as np
 from bakery.bake.fitting import fit_portrait, fitted_neutral
 from bakery.bake.options import BuildOptions
 from bakery.formats.image import read_photo
-from bakery.generators.planes import NONE, Planes, planes, shrunk_planes
+from bakery.generators.channels import NONE, Channels, condition_channels, shrunk_channels
 from bakery.geometry.fill import smoothstep
 from bakery.heads.base import PARTS, HeadModel
 from bakery.stages.condition import SIZE, condition, finer
 from bakery.stages.face_frame import cut, face_frame
 from bakery.stages.fit.lids import close_lids
 from bakery.stages.segment import HAIR, Segmentation
-from bakery.stages.texture.hair import cover_of
+from bakery.stages.texture.hair import mattes_of
 from bakery.stages.texture.neutral import prepare
 from bakery.types import Camera, Conditions, Fit, Landmarks, Photo
 
@@ -28,7 +28,7 @@ class Observation:
     # Of the photo's fit, with the texture of the neutral photo, drawn finer than the frame.
     conditions: Conditions
     camera: Camera  # of the frame
-    planes: Planes
+    channels: Channels
     picture: np.ndarray  # [S, S, 3] float32 sRGB-encoded: the photo itself
     face: np.ndarray  # [S, S] uint8: skin, eyes and mouth, no hair
     points: np.ndarray  # [L, 2] pixels
@@ -37,7 +37,7 @@ class Observation:
     @property
     def head_only(self) -> np.ndarray:
         """The photo where the head is drawn: [S, S, 3] uint8, 0 elsewhere."""
-        return _bytes(self.picture * (self.planes.part != NONE)[..., None])
+        return _bytes(self.picture * (self.channels.part != NONE)[..., None])
 
 
 class FittedSubject:
@@ -70,9 +70,9 @@ class FittedSubject:
         fit, segmentation = fit_portrait(path, photo, landmarks, head, self.options)
         neutral = fitted_neutral(head, fit)
         self.head = close_lids(head, neutral)  # lashes are the player's, no generator draws them
-        cover = cover_of(photo.encoded, segmentation, landmarks.points)
+        mattes = mattes_of(photo.encoded, segmentation, landmarks.points)
         resolution = self.options.texture.resolution
-        prepared = prepare(photo, landmarks, fit, neutral, self.head, cover, resolution)
+        prepared = prepare(photo, landmarks, fit, neutral, self.head, mattes, resolution)
         self.subject, self.hair = prepared.subject, prepared.hair
         self.neutral = self._observation(photo, landmarks.points, fit, segmentation, neutral)
 
@@ -95,19 +95,19 @@ class FittedSubject:
         drawn = condition(
             self.head, neutral, self.subject.texture, fit.expression, fit.gaze, finer(camera)
         )
-        layers = shrunk_planes(planes(self.head, drawn), self.size)
+        channels = shrunk_channels(condition_channels(self.head, drawn), self.size)
         hair = cut(np.asarray(segmentation.regions == HAIR, np.float32), affine, self.size)
         skin = cut(segmentation.skin.astype(np.float32), affine, self.size)
-        inner = (layers.part != NONE) & (layers.part != PARTS.index("skin"))
+        inner = (channels.part != NONE) & (channels.part != PARTS.index("skin"))
         clear = np.where(inner, 1, smoothstep(0.3, 0.9, skin)) * (1 - hair)
         # The border of hair and of the photo's own outline is not trusted either.
         clear = cv2.erode(clear.astype(np.float32), np.ones((5, 5)))
         return Observation(
             drawn,
             camera,
-            layers,
+            channels,
             cut(photo.encoded, affine, self.size),
-            _bytes(layers.face / 255 * clear),
+            _bytes(channels.face / 255 * clear),
             points @ affine[:, :2].T + affine[:, 2],
             fit,
         )

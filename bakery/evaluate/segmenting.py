@@ -14,8 +14,7 @@ from bakery import landmarks as marks
 from bakery.detectors import portrait, segmenter
 from bakery.detectors.portrait import CLASSES, SIDE, UNSURE
 from bakery.formats.portraits import reference_points
-from bakery.stages import detect
-from bakery.stages import segment as rules
+from bakery.stages import detect, segment
 from bakery.stages.segment.network import LABEL_OF
 from bakery.synth import portrait_shards
 from bakery.train.backgrounds import procedural_background
@@ -29,13 +28,13 @@ GLASSES = (
 WORN = 0.03  # area labelled glasses, over the square of the eye distance, from which they are worn
 ERROR = 0.015  # of the eye distance: how far the points are put aside, as a detector does
 # Class of each label of the stage; what it only knows to be hidden is none of them.
-CLASS_OF = np.full(len(rules.LABELS), len(CLASSES))
+CLASS_OF = np.full(len(segment.LABELS), len(CLASSES))
 CLASS_OF[LABEL_OF] = np.arange(len(CLASSES))
 GROUPS = {"glasses": (portrait.FRAME, portrait.LENS)}  # measured together too
 
 
 def staged(
-    folder: Path, options: rules.SegmentOptions | None = None, limit: int | None = None
+    folder: Path, options: segment.SegmentOptions | None = None, limit: int | None = None
 ) -> dict[str, float | int]:
     """IoU of each class and of cast shadow on painted portraits as `bakery segment` labels them.
 
@@ -55,7 +54,7 @@ def staged(
         for picture, truth, dark, points in _portraits(folder, limit):
             face = detect.detect_faces(picture)
             undetected += not face
-            found = rules.segment(
+            found = segment.segment(
                 np.float32(picture) / 255, face[0].points if face else points, options
             )
             cast = np.zeros(truth.shape) if found.shadow is None else found.shadow
@@ -191,8 +190,8 @@ def skin_lost(portraits: Path, network) -> Iterator[dict]:
     for path, points in reference_points(portraits, "london/train", "neutral").items():
         image = _read(path)
         shares, cast, matrix = segmenter.segment(network, image, points)
-        by_rules = rules.SegmentOptions(method="colours")
-        bare = rules.segment(np.float32(image) / 255, points, by_rules).skin > 0.95
+        by_rules = segment.SegmentOptions(method="colours")
+        bare = segment.segment(np.float32(image) / 255, points, by_rules).skin > 0.95
         placed = points @ matrix[:, :2].T + matrix[:, 2]
         sure = _polygon(placed[marks.OVAL])
         eyes = marks.face_size(placed)

@@ -11,7 +11,7 @@ from bakery.heads.base import CARDS, CARRIERS
 from bakery.heads.lashes import card_rectangle
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
-SHARES = (1.0, 0.5, 0.2, 0.05)  # of the triangles
+RATIOS = (1.0, 0.5, 0.2, 0.05)  # of the triangles
 MATERIALS = {
     "skin": ("skin", "eye_socket", "mouth_cavity"),
     "eyes": ("eye_left", "eye_right"),
@@ -25,7 +25,7 @@ LOOSE = ("teeth",)  # whose borders are hidden: crowns end in the gums, gums beh
 # Where coarse heads need their triangles: a shape whose moves show the place, and mm around it.
 FINE = {"eyeBlinkLeft": 18.0, "eyeBlinkRight": 18.0, "mouthFunnel": 28.0}
 MAGNIFIED = 2.2  # times, in the middle of these places; above 3.2 the map folds
-COARSE = 0.1  # share below which places are magnified; above it chins get bumpy and nothing is won
+COARSE = 0.1  # ratio below which places are magnified; above it chins get bumpy and nothing is won
 ROUNDS = 6  # of simplification at most, each more aggressive than the last
 
 
@@ -83,8 +83,8 @@ def cut_surface(head, neutral, shapes, name, parts):
     )
 
 
-def simplify(surface, share):
-    """A surface with about `share` of its triangles.
+def simplify(surface, ratio):
+    """A surface with about `ratio` of its triangles.
 
     Cards are mostly border and stay whole. Borders, the cuts of the atlas among them, stay as they
     are, so that no gap opens; those of LOOSE parts may go. Eyes and mouth keep more than their share.
@@ -93,16 +93,16 @@ def simplify(surface, share):
 
     Args:
         surface: Surface.
-        share: 0..1.
+        ratio: 0..1.
 
     Returns:
         Surface; less coarse than asked where the border alone takes more.
     """
-    wanted = max(int(len(surface.faces) * share), FEWEST.get(surface.name, 0))
+    wanted = max(int(len(surface.faces) * ratio), FEWEST.get(surface.name, 0))
     if wanted >= len(surface.faces) or wanted < 4 or surface.name in CARDS:
         return surface
     places = surface.vertices.astype(np.float64)
-    vertices = _magnified(surface) if share < COARSE else places
+    vertices = _magnified(surface) if ratio < COARSE else places
     faces = surface.faces.astype(np.int32)
     for step in range(ROUNDS):
         _, triangles, collapses = fast_simplification.simplify(

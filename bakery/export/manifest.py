@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from bakery import __version__
-from bakery.export import bundle as files
+from bakery.export import bundle as bundles
 from bakery.export import layout
-from bakery.export.lod import COARSE, SHARES, head_surfaces, simplify
+from bakery.export.lod import COARSE, RATIOS, head_surfaces, simplify
 from bakery.export.schema import VERSION
 from bakery.formats import record
 from bakery.heads.base import CARDS, HeadModel
@@ -19,15 +19,15 @@ IPTC = "http://cv.iptc.org/newscodes/digitalsourcetype/"
 
 
 def levels_of_detail(head, neutral):
-    """The head at each share of its triangles: a list of Surfaces a level, finest first.
+    """The head at each ratio of its triangles: a list of Surfaces a level, finest first.
 
     Seen from so far that the coarsest level will do, lashes are gone.
     """
     surfaces = head_surfaces(head, neutral)
     levels = []
-    for share in SHARES:
-        shown = [piece for piece in surfaces if share >= COARSE or piece.name not in CARDS]
-        levels.append([simplify(piece, share) for piece in shown])
+    for ratio in RATIOS:
+        shown = [piece for piece in surfaces if ratio >= COARSE or piece.name not in CARDS]
+        levels.append([simplify(piece, ratio) for piece in shown])
     return levels
 
 
@@ -171,7 +171,7 @@ def _textures_table(textures, masks):
     columns, rows = layout.mouth_grid(mouths)
     return {
         "keys": [
-            {"name": name, "part": name, "weights": files.sparse(weights)}
+            {"name": name, "part": name, "weights": bundles.sparse(weights)}
             for name, weights in zip(textures.key_names, textures.key_weights)
         ],
         "hair": {
@@ -191,7 +191,7 @@ def _textures_table(textures, masks):
             "columns": columns,
             "rows": rows,
             "landmarks": record.numbers(textures.mouth_landmarks, 5),
-            "weights": [files.sparse(weights) for weights in textures.mouth_weights],
+            "weights": [bundles.sparse(weights) for weights in textures.mouth_weights],
         },
         "masks": {
             "file": "masks.exr",

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from bakery.errors import BundleError, ModelError
-from bakery.export import bundle as files
+from bakery.export import bundle as bundles
 from bakery.export import hostile
 from bakery.export.layout import RIG
 from bakery.formats import record
@@ -17,14 +17,14 @@ def open_avatar(path):
     Raises:
         BundleError: damaged.
     """
-    manifest = files.read_manifest(path)
+    manifest = bundles.read_manifest(path)
     hostile.refuse(path, manifest)
-    files.read_file(path, manifest, RIG)  # is it what was written?
+    bundles.read_file(path, manifest, RIG)  # is it what was written?
     try:
         head = load_head(Path(path) / RIG)
     except ModelError as error:
         raise BundleError(str(error)) from None
-    textures, masks = files.read_textures(path, manifest)
+    textures, masks = bundles.read_textures(path, manifest)
     fit = record.fit_from_table(path, manifest["fit"])
-    photo = files.read_photo(path, manifest) if "photo" in manifest else None
+    photo = bundles.read_photo(path, manifest) if "photo" in manifest else None
     return Avatar(head, head.mean, fit, textures, masks, photo)

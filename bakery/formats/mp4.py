@@ -325,12 +325,12 @@ def _interleaved(tracks):
 
 
 def _moov(tracks, order, start, size, note, delays):
-    movie = 1000
-    lengths = [round((track.seconds - track.skip) * movie) for track in tracks]
-    total = max(length + round(delay * movie) for length, delay in zip(lengths, delays))
+    timescale = 1000
+    lengths = [round((track.seconds - track.skip) * timescale) for track in tracks]
+    total = max(length + round(delay * timescale) for length, delay in zip(lengths, delays))
     parts = [
         full(
-            b"mvhd", struct.pack(">IIIIIHHQ", 0, 0, movie, total, 0x10000, 0x100, 0, 0),
+            b"mvhd", struct.pack(">IIIIIHHQ", 0, 0, timescale, total, 0x10000, 0x100, 0, 0),
             MATRIX, bytes(24), struct.pack(">I", len(tracks) + 1),
         )
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Which folds an expression is expected to bring, as planes for the network.
+"""Which folds an expression is expected to bring, as channels for the network.
 
 Where folds form is anatomy, how deep is tension (`folds`); what one person has is not known before it
 shows. The mean over people of all ages is: a height, and how it would shade in the light of the photo.
@@ -57,7 +57,7 @@ class _Mean:
         return _Mean(self.index[rows], None, folds, self.shine[rows], self.bent[rows])
 
 
-def fold_plane(head, expression, light, found):
+def fold_channels(head, expression, light, found):
     """Expected height and log-shading of folds: [H, W, 2] uint8, 128 where there are none.
 
     Args:

@@ -1,4 +1,4 @@
-"""A first shading of eyes and mouth from planes alone, for the network to start from.
+"""A first shading of eyes and mouth from conditioning channels alone, for the network to start from.
 
 On the deformed neutral teeth are flat and white; a network that starts from them paints them flat too
 (after 1,000 steps of training: a white patch between the lips, though 3 dB better there than shaded
@@ -11,7 +11,7 @@ generator (`shade`) this knows no light and no camera, for training pairs carry 
 import cv2
 import numpy as np
 
-from bakery.generators.planes import FAR, NEAR
+from bakery.generators.channels import FAR, NEAR
 from bakery.generators.shade import BLUR, EYES, MOUTH, is_part
 from bakery.geometry.fill import around, smoothstep
 
@@ -22,14 +22,14 @@ LIDS, LIPS = 1.1, 5.0  # mm over which lids and lips shade what is behind them
 AMBIENT = 0.45  # share of the light that comes from everywhere
 
 
-def interior_shade(planes, per_mm):
+def interior_shade(channels, per_mm):
     """Factor [H, W] float32 on linear light: 1 on skin, less in eyes and mouth.
 
     Args:
-        planes: planes.Planes, or anything with the same fields.
+        channels: channels.Channels, or anything with the same fields.
         per_mm: pixels a mm at the face.
     """
-    part, normals, depth = planes.part, planes.normals, planes.depth
+    part, normals, depth = channels.part, channels.normals, channels.depth
     out = np.ones(part.shape, np.float32)
     eyes, mouth = is_part(part, *EYES), is_part(part, *MOUTH)
     # Light is computed around eyes and mouth alone, as far as its blurs reach.

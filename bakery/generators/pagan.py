@@ -19,14 +19,13 @@ from bakery.errors import ModelError
 from bakery.formats.files import digest_file
 from bakery.generators import expected_folds
 from bakery.generators.base import Subject
+from bakery.generators.channels import NONE, condition_channels, expression_channels
 from bakery.generators.eyes import with_photographed_eyes
 from bakery.generators.fold_maps import TINT, FoldMaps
-from bakery.generators.hints import hints
 from bakery.generators.interior import FRAME_SCALE, interior_shade, teeth_relief
 from bakery.generators.lids import with_lids
-from bakery.generators.planes import NONE, planes
 from bakery.generators.shade import is_part
-from bakery.generators.unet import NetworkOptions, UNet, byte_range, input_layers, parts_of
+from bakery.generators.unet import NetworkOptions, UNet, byte_range, input_channels, parts_of
 from bakery.geometry import camera as cameras
 from bakery.landmarks import FACE
 from bakery.paths import ASSETS
@@ -42,7 +41,7 @@ NOMINAL = (
 )  # pixels a mm of a frame of 512 pixels, at which the network was trained
 ZOOMS = (0.87, 1.15)  # scales over NOMINAL that are taken as they are; training varied them by 12%
 ROUNDED = 0.02  # of a side by which a picture that is resized anyway may be off to need no padding
-PHOTO_SHARE = 0.78  # of the side of Subject.photo that the height of the landmarks takes
+PHOTO_RATIO = 0.78  # of the side of Subject.photo that the height of the landmarks takes
 
 
 class PaganGenerator:
@@ -93,18 +92,18 @@ class PaganGenerator:
             raise ValueError("Subject.photo is missing; the network looks at the neutral photo")
         camera = conditions.camera
         per_mm = cameras.pixels_per_mm(camera)
-        layers = planes(subject.head, conditions)
-        shade = interior_shade(layers, per_mm)
-        seen = hints(subject, conditions, wanted=self.network.options.inputs)
-        stack = input_layers(layers, aligned_photo(subject, conditions), shade, seen)
+        channels = condition_channels(subject.head, conditions)
+        shade = interior_shade(channels, per_mm)
+        expressed = expression_channels(subject, conditions, wanted=self.network.options.inputs)
+        stack = input_channels(channels, aligned_photo(subject, conditions), shade, expressed)
         change = self.paint_scaled(stack, per_mm / NOMINAL)
-        face = layers.face.astype(np.float32) / 255 * (layers.part != NONE)
+        face = channels.face.astype(np.float32) / 255 * (channels.part != NONE)
         log_ratio = change[..., :3] * face[..., None]
         if not interior_only:
-            skin = is_part(layers.part, "skin")
+            skin = is_part(channels.part, "skin")
             log_ratio += (self._folds.at(subject, conditions) * skin)[..., None] * TINT
         ratio = np.exp(log_ratio) * shade[..., None]
-        relief = teeth_relief(layers.part, shade, per_mm)
+        relief = teeth_relief(channels.part, shade, per_mm)
         color, alpha = change[..., 3:6] * relief[..., None], change[..., 6] * face
         if not interior_only:
             color, alpha = with_lids(subject, conditions, color, alpha)
@@ -115,20 +114,20 @@ class PaganGenerator:
             image = _laid(image, eyes, where)
         return Generated(image, ratio, color, alpha)
 
-    def paint_scaled(self, layers, zoom):
+    def paint_scaled(self, channels, zoom):
         """`paint` at the scale that the network was trained at, the change resized.
 
         Args:
-            zoom: how many times the training's scale the planes have.
+            zoom: how many times the training's scale the channels have.
         """
-        height, width = layers["deformed"].shape[:2]
+        height, width = channels["deformed"].shape[:2]
         if ZOOMS[0] < zoom < ZOOMS[1]:
-            return self.paint(layers)
+            return self.paint(channels)
         size = (self._side(width / zoom), self._side(height / zoom))
         smooth = cv2.INTER_AREA if zoom > 1 else cv2.INTER_LINEAR
         small = {
-            name: cv2.resize(layer, size, interpolation=smooth).reshape(size[1], size[0], -1)
-            for name, layer in layers.items()
+            name: cv2.resize(channel, size, interpolation=smooth).reshape(size[1], size[0], -1)
+            for name, channel in channels.items()
         }
         return cv2.resize(self.paint(small), (width, height), interpolation=cv2.INTER_LINEAR)
 
@@ -140,19 +139,19 @@ class PaganGenerator:
         whole = max(round(wanted / self._unit), 1) * self._unit
         return whole if abs(whole / wanted - 1) < ROUNDED else max(round(wanted), 1)
 
-    def paint(self, layers):
-        """Run the network on planes [H, W, C] uint8 by name.
+    def paint(self, channels):
+        """Run the network on channels [H, W, C] uint8 by name.
 
         Returns:
             [H, W, 7] float32: log-ratio, linear colour, alpha.
         """
-        height, width = layers["deformed"].shape[:2]
+        height, width = channels["deformed"].shape[:2]
         below, right = -height % self._unit, -width % self._unit
-        stack = cv2.merge([layers[name] for name in self.network.options.inputs])
+        stack = cv2.merge([channels[name] for name in self.network.options.inputs])
         stack = cv2.copyMakeBorder(stack, 0, below, 0, right, cv2.BORDER_CONSTANT)
-        rows, columns, channels = stack.shape
-        squares = stack.reshape(rows // 2, 2, columns // 2, 2, channels).transpose(0, 2, 1, 3, 4)
-        squares = np.ascontiguousarray(squares).reshape(1, rows // 2, columns // 2, 4 * channels)
+        rows, columns, depth = stack.shape
+        squares = stack.reshape(rows // 2, 2, columns // 2, 2, depth).transpose(0, 2, 1, 3, 4)
+        squares = np.ascontiguousarray(squares).reshape(1, rows // 2, columns // 2, 4 * depth)
         with torch.inference_mode():
             x = torch.from_numpy(squares).float().sub_(self._zero).div_(self._full)
             squares = self._rounded.body(x.to(self._type).permute(0, 3, 1, 2))
@@ -167,7 +166,7 @@ class PaganGenerator:
 
 
 def _by_pixel(stem):
-    """Sort the inputs of a network's first convolution by pixel of a square, not by plane.
+    """Sort the inputs of a network's first convolution by pixel of a square, not by channel.
 
     So a picture is cut into squares by copying whole pixels, in a tenth of `pixel_unshuffle`'s time.
     """
@@ -208,7 +207,7 @@ def aligned_photo(subject, conditions):
     pixels = cameras.project(subject.head.landmarks(subject.neutral)[:FACE], conditions.camera)
     low, high = pixels.min(0), pixels.max(0)
     side = subject.photo.shape[0]
-    scale = (high[1] - low[1]) / (PHOTO_SHARE * side)
+    scale = (high[1] - low[1]) / (PHOTO_RATIO * side)
     shift = (low + high) / 2 - scale * side / 2
     matrix = np.column_stack([np.eye(2) * scale, shift + 0.5 * scale - 0.5])
     size = (conditions.camera.width, conditions.camera.height)

@@ -17,7 +17,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from bakery.generators.planes import NONE
+from bakery.generators.channels import NONE
 from bakery.generators.shade import EYES, MOUTH, is_part
 from bakery.geometry import camera as cameras
 from bakery.geometry.sample import bilinear, interpolate

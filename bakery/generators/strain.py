@@ -1,4 +1,4 @@
-"""How an expression stretches and presses the skin, as a plane for the network.
+"""How an expression stretches and presses the skin, as channels for the network.
 
 Skin that loses length folds across that direction; where it does is the strongest hint at the lines of
 an expression, and normals and the deformed texture say it only between the lines. The strain is that
@@ -38,7 +38,7 @@ def landmark_faces(head):
     return _model(head).faces
 
 
-def strain_plane(head, expression, pixels, found):
+def strain_channels(head, expression, pixels, found):
     """Log stretch of the skin across and along the face: [H, W, 2] uint8, 128 where there is none.
 
     Args:

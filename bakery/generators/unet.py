@@ -15,12 +15,12 @@ from torch.nn import functional
 
 from bakery.detectors.blocks import Conv, Residual
 from bakery.generators import expected_folds, strain
-from bakery.generators.planes import encode
+from bakery.generators.channels import encode
 from bakery.generators.shade import MOUTH, is_part
 from bakery.geometry import color as colors
 from bakery.settings import Settings, setting
 
-# Planes of the input and their channels, in order; a network may be given fewer.
+# Groups of the input and their channels, in order; a network may be given fewer.
 INPUTS = {
     "photo": 3, "normals": 3, "depth": 1, "gaze": 2, "mouth": 1, "deformed": 3,
     "strain": strain.CHANNELS, "folds": expected_folds.CHANNELS,
@@ -149,24 +149,24 @@ def to_encoded(linear):
     )
 
 
-def input_layers(planes, photo, shade, hints):
-    """The planes of INPUTS [H, W, C] uint8, by name.
+def input_channels(channels, photo, shade, expressed):
+    """The channels of INPUTS [H, W, C] uint8, by name.
 
     Args:
-        planes: bakery.generators.planes.Planes, or anything with the same fields.
+        channels: bakery.generators.channels.Channels, or anything with the same fields.
         photo: [H, W, 3] uint8 sRGB: the subject in neutral, head only.
         shade: [H, W], of `interior.interior_shade`.
-        hints: planes [H, W, C] uint8 of what the expression does, by name.
+        expressed: of `channels.expression_channels`.
     """
-    deformed = encode(colors.to_linear(planes.deformed / np.float32(255)) * shade[..., None])
+    deformed = encode(colors.to_linear(channels.deformed / np.float32(255)) * shade[..., None])
     return {
         "photo": photo,
-        "normals": (planes.normals.astype(np.int16) + 128).astype(np.uint8),
-        "depth": planes.depth[..., None],
-        "gaze": planes.gaze,
-        "mouth": is_part(planes.part, *MOUTH)[..., None].astype(np.uint8) * 255,
+        "normals": (channels.normals.astype(np.int16) + 128).astype(np.uint8),
+        "depth": channels.depth[..., None],
+        "gaze": channels.gaze,
+        "mouth": is_part(channels.part, *MOUTH)[..., None].astype(np.uint8) * 255,
         "deformed": deformed,
-    } | hints
+    } | expressed
 
 
 def network_input(batch, inputs=tuple(INPUTS)):

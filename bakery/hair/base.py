@@ -5,8 +5,8 @@ from typing import Protocol
 import numpy as np
 
 from bakery.heads.base import HeadModel
-from bakery.stages.atlas import Atlas, Sight
-from bakery.stages.texture.hair import Cover
+from bakery.stages.atlas import Atlas, Visibility
+from bakery.stages.texture.hair import Mattes
 
 
 class Hair(Protocol):
@@ -16,14 +16,19 @@ class Hair(Protocol):
     sha256: str  # over the data that its answers depend on; "" without any
 
     def layer(
-        self, linear: np.ndarray, cover: Cover, head: HeadModel, atlas: Atlas, sight: Sight
+        self,
+        linear: np.ndarray,
+        mattes: Mattes,
+        head: HeadModel,
+        atlas: Atlas,
+        visibility: Visibility,
     ) -> np.ndarray:
         """The hair on the atlas: [T, T, 4] float32, scene-linear, colour multiplied by alpha.
 
         Args:
             linear: [H, W, 3] float32, the photo cut to the head, scene-linear.
-            cover: what of the photo is skin and hair.
+            mattes: what of the photo is skin and hair.
             head: the head of the person.
             atlas: Atlas of the head's skin; T is its size.
-            sight: where the photo's camera sees the texels of that atlas.
+            visibility: where the photo's camera sees the texels of that atlas.
         """

@@ -3,8 +3,8 @@
 import numpy as np
 
 from bakery.heads.base import HeadModel
-from bakery.stages.atlas import Atlas, Sight
-from bakery.stages.texture.hair import Cover, hair_layer
+from bakery.stages.atlas import Atlas, Visibility
+from bakery.stages.texture.hair import Mattes, hair_layer
 
 
 class HairLayer:
@@ -14,10 +14,15 @@ class HairLayer:
     sha256 = ""
 
     def layer(
-        self, linear: np.ndarray, cover: Cover, head: HeadModel, atlas: Atlas, sight: Sight
+        self,
+        linear: np.ndarray,
+        mattes: Mattes,
+        head: HeadModel,
+        atlas: Atlas,
+        visibility: Visibility,
     ) -> np.ndarray:
         """See bakery.hair.base.Hair."""
-        return hair_layer(linear, cover, head, atlas, sight)
+        return hair_layer(linear, mattes, head, atlas, visibility)
 
 
 class NoHair:
@@ -27,7 +32,12 @@ class NoHair:
     sha256 = ""
 
     def layer(
-        self, linear: np.ndarray, cover: Cover, head: HeadModel, atlas: Atlas, sight: Sight
+        self,
+        linear: np.ndarray,
+        mattes: Mattes,
+        head: HeadModel,
+        atlas: Atlas,
+        visibility: Visibility,
     ) -> np.ndarray:
         """See bakery.hair.base.Hair."""
         return np.zeros((atlas.size, atlas.size, 4), np.float32)

@@ -4,14 +4,13 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property, update_wrapper
-from threading import RLock
-from typing import Generic, TypeVar
-from weakref import finalize
+from operator import attrgetter
+from typing import TypeVar
 
 import numpy as np
 
 from bakery.geometry import rotation
+from bakery.memo import once_per_object
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 # Every face belongs to one part. A head model may lack parts, but not skin and eyes.
@@ -105,7 +104,8 @@ class HeadModel:
             whole_vertices=used,
         )
 
-    @cached_property
+    @property
+    @once_per_object
     def digest(self) -> str:
         """SHA-256 over every name and number of the head, for what is made from it.
 
@@ -124,7 +124,8 @@ class HeadModel:
                 sha.update(json.dumps([entry.name, value], sort_keys=True).encode())
         return sha.hexdigest()
 
-    @cached_property
+    @property
+    @once_per_object
     def landmark_vertices(self) -> np.ndarray:
         """The three vertices [L, 3] around each landmark."""
         corners: np.ndarray = self.faces[self.landmark_faces]
@@ -183,24 +184,12 @@ class HeadModel:
         return out
 
 
-class once_a_mean(Generic[Made]):
-    """A function of a head that is computed once for all that share a mean, as long as it is alive.
+def once_a_mean(make: Callable[[HeadModel], Made]) -> Callable[[HeadModel], Made]:
+    """A function of a head that is computed once for all that share a mean (`memo`).
 
     Heads that differ in their expressions alone do.
     """
-
-    def __init__(self, make: Callable[[HeadModel], Made]) -> None:
-        self.make, self.lock = make, RLock()
-        self.kept: dict[int, Made] = {}
-        update_wrapper(self, make)
-
-    def __call__(self, head: HeadModel) -> Made:
-        with self.lock:
-            key = id(head.mean)
-            if key not in self.kept:
-                self.kept[key] = self.make(head)
-                finalize(head.mean, self.kept.pop, key, None)
-            return self.kept[key]
+    return once_per_object(make, attrgetter("mean"))
 
 
 def gaze_of(expression: np.ndarray) -> np.ndarray:

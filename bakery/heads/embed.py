@@ -13,7 +13,7 @@ from bakery.errors import ModelError
 from bakery.geometry import camera as cameras
 from bakery.geometry.mesh import boundary_loops
 from bakery.geometry.raster import rasterize
-from bakery.heads import margins
+from bakery.heads import boundaries
 from bakery.heads.base import CARRIERS, PARTS
 from bakery.heads.eyes import iris_vertices
 from bakery.heads.file import save_arrays
@@ -329,7 +329,7 @@ def on_rims(head, points, positions, mirror, groups):
         for name, k in (("lips", 1), ("left", 3), ("right", 5))
     }
     out = positions.copy()
-    for point, at in margins.pinned(head, points, positions, skin_rims(head), openings).items():
+    for point, at in boundaries.pinned(head, points, positions, skin_rims(head), openings).items():
         out[point] = at
     return (out + out[mirror] * [-1, 1, 1]) / 2
 

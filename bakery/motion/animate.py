@@ -23,12 +23,12 @@ from bakery.stages.condition import face_camera
 from bakery.stages.fit.gaze import LIMIT
 
 PART = 150  # frames that are encoded together, and lost together by an interruption
-FACE_SHARE = 0.6  # of the picture's height that the face takes, as `bakery render` shows it
+FACE_RATIO = 0.6  # of the picture's height that the face takes, as `bakery render` shows it
 
 
 @dataclass(frozen=True)
-class Show:
-    """How a take is shown."""
+class RenderSettings:
+    """How a take is drawn."""
 
     view: str | tuple[float, float] = "front"  # "photo", "front" or (yaw, pitch) degrees
     size: int = 512  # pixels of the longer side
@@ -63,25 +63,25 @@ def parse_frames(text):
     return first, last
 
 
-class Stage:
-    """An avatar and a take, ready to give any frame."""
+class AnimationPlayer:
+    """Draws any frame of a take with an avatar."""
 
-    def __init__(self, avatar, take, show):
+    def __init__(self, avatar, take, settings):
         """
         Raises:
             InputError: the range holds no frame, or the photo is wanted and not in the bundle.
         """
-        if show.view == "photo" and avatar.photo is None:
+        if settings.view == "photo" and avatar.photo is None:
             raise InputError("--view photo: the bundle keeps no photo; build it with --keep-photo")
-        self.avatar, self.show = avatar, show
-        self.rate = show.rate or take.rate
+        self.avatar, self.settings = avatar, settings
+        self.rate = settings.rate or take.rate
         whole = int(np.floor(take.seconds[-1] * take.rate + 1e-6)) + 1
-        last = whole if show.last is None else min(show.last, whole)
-        if show.first >= last:
+        last = whole if settings.last is None else min(settings.last, whole)
+        if settings.first >= last:
             raise InputError(f"--frames: the take has {whole} frames; begin below that")
         # The same seconds whatever the rate: frames are those of the take, and lie on one grid.
         self.first, end = (
-            int(np.ceil(frame * self.rate / take.rate - 1e-6)) for frame in (show.first, last)
+            int(np.ceil(frame * self.rate / take.rate - 1e-6)) for frame in (settings.first, last)
         )
         self.count = end - self.first
         if not self.count:
@@ -95,22 +95,22 @@ class Stage:
             else eyes.mean(1)
         )
         self.gaze = np.clip(gaze, -LIMIT, LIMIT)
-        self.player = Player(avatar, show.hair)
+        self.player = Player(avatar, settings.hair)
         self.camera = self._camera()
         self.background = None
-        if show.view == "photo":
+        if settings.view == "photo":
             self.portrait, self.background = portrait_at(avatar, self.camera)
             self.source = in_photo(self.portrait)
 
     def _camera(self):
-        avatar, show, size = self.avatar, self.show, self.show.size
-        if show.view != "photo":
-            yaw, pitch = (0.0, 0.0) if show.view == "front" else show.view
+        avatar, settings, size = self.avatar, self.settings, self.settings.size
+        if settings.view != "photo":
+            yaw, pitch = (0.0, 0.0) if settings.view == "front" else settings.view
             return face_camera(
-                avatar.fit, avatar.head, avatar.neutral, yaw, pitch, size, FACE_SHARE
+                avatar.fit, avatar.head, avatar.neutral, yaw, pitch, size, FACE_RATIO
             )
         camera = avatar.fit.camera
-        scale, step = size / max(camera.width, camera.height), 2 if show.film else 1
+        scale, step = size / max(camera.width, camera.height), 2 if settings.film else 1
         width, height = (
             max(round(n * scale / step) * step, step) for n in (camera.width, camera.height)
         )
@@ -121,7 +121,7 @@ class Stage:
 
         The photo's own view stays as it is: its background cannot turn.
         """
-        if self.show.view == "photo" or not self.head[index].any():
+        if self.settings.view == "photo" or not self.head[index].any():
             return self.camera
         turn = rotation.yaw_pitch_roll(*self.head[index])
         points = self.avatar.head.landmarks(self.avatar.neutral)[:468]
@@ -138,8 +138,8 @@ class Stage:
         a single picture of the head alone.
         """
         expression, gaze = self.weights[index], self.gaze[index]
-        camera, dynamic = self.camera_of(index), self.show.dynamic
-        if self.background is None and self.show.film:
+        camera, dynamic = self.camera_of(index), self.settings.dynamic
+        if self.background is None and self.settings.film:
             return self.player.picture(work, camera, expression, gaze, dynamic)
         frame = self.player.frame(work, camera, expression, gaze, dynamic)
         if self.background is None:
@@ -177,11 +177,11 @@ def _bytes(picture):
     return (picture * 255 + 0.5).astype(np.uint8)
 
 
-def write_video(avatar, take, show, output, note, key, sound=None, progress=None, work=None):
+def write_video(avatar, take, settings, output, note, key, sound=None, progress=None, work=None):
     """Play a take into a video file; an interrupted one goes on where it stopped.
 
     Args:
-        avatar: runtime.avatar.Avatar; take: formats.livelink.Take; show: Show.
+        avatar: runtime.avatar.Avatar; take: formats.livelink.Take; settings: RenderSettings.
         output: .mp4 or .webm; replaced when complete.
         note: formats.video.Note.
         key: what the bundle and the program are, for telling finished parts from stale ones.
@@ -194,32 +194,32 @@ def write_video(avatar, take, show, output, note, key, sound=None, progress=None
     """
     kind = video.kind_of(output)
     heard = None if sound is None else video.read_sound(sound, kind)
-    stage = Stage(avatar, take, show)
-    key = key_of(key, digest(format_take(take)), asdict(show), kind)
+    player = AnimationPlayer(avatar, take, settings)
+    key = key_of(key, digest(format_take(take)), asdict(settings), kind)
     progress = progress or (lambda step, done, total: None)
     with work_folder(output, work) as kept:
         parts = []
-        for first in range(0, stage.count, PART):
-            indices = range(first, min(first + PART, stage.count))
+        for first in range(0, player.count, PART):
+            indices = range(first, min(first + PART, player.count))
 
             def counted(indices=indices):
-                for index, picture in zip(indices, stage.pictures(indices)):
-                    progress("animate", index, stage.count)
+                for index, picture in zip(indices, player.pictures(indices)):
+                    progress("animate", index, player.count)
                     yield picture
 
             name = f"{first:08d}"
             kept.step(
-                name, key, lambda: video.encode(counted(), kind, stage.rate), lambda data: None
+                name, key, lambda: video.encode(counted(), kind, player.rate), lambda data: None
             )
             parts.append(kept.folder / name)
-            progress("animate", indices[-1] + 1, stage.count)
-        size = (stage.camera.width, stage.camera.height)
-        start = stage.first / stage.rate
-        video.join(output, parts, kind, stage.rate, size, note, heard, start)
-    return stage
+            progress("animate", indices[-1] + 1, player.count)
+        size = (player.camera.width, player.camera.height)
+        start = player.first / player.rate
+        video.join(output, parts, kind, player.rate, size, note, heard, start)
+    return player
 
 
-def write_frames(avatar, take, show, sequence, note, key, progress=None, work=None):
+def write_frames(avatar, take, settings, sequence, note, key, progress=None, work=None):
     """Play a take into PNG files; an interrupted run goes on where it stopped.
 
     A frame has the number that it has in the whole take at this rate, from 0. They appear when all
@@ -231,21 +231,21 @@ def write_frames(avatar, take, show, sequence, note, key, progress=None, work=No
     Raises:
         InputError: the range cannot be used, or the disk is full.
     """
-    show = replace(show, film=False)
-    stage = Stage(avatar, take, show)
-    key = key_of(key, digest(format_take(take)), asdict(show), asdict(note), "png")
+    settings = replace(settings, film=False)
+    player = AnimationPlayer(avatar, take, settings)
+    key = key_of(key, digest(format_take(take)), asdict(settings), asdict(note), "png")
     progress = progress or (lambda step, done, total: None)
     with work_folder(sequence.path(0), work) as kept:
-        names = [f"{stage.first + index:08d}.png" for index in range(stage.count)]
+        names = [f"{player.first + index:08d}.png" for index in range(player.count)]
         left = [index for index, name in enumerate(names) if kept.get(name, key) is None]
-        pictures = stage.pictures(left, lambda picture: png(picture, note))
-        progress("animate", stage.count - len(left), stage.count)
-        for done, (index, data) in enumerate(zip(left, pictures), stage.count - len(left) + 1):
+        pictures = player.pictures(left, lambda picture: png(picture, note))
+        progress("animate", player.count - len(left), player.count)
+        for done, (index, data) in enumerate(zip(left, pictures), player.count - len(left) + 1):
             kept.put(names[index], key, data)
-            progress("animate", done, stage.count)
+            progress("animate", done, player.count)
         older = set(sequence.found())
         for index, name in enumerate(names):
-            path = sequence.path(stage.first + index)
+            path = sequence.path(player.first + index)
             older.discard(path)
             if work is None:
                 os.replace(kept.folder / name, path)
@@ -253,4 +253,4 @@ def write_frames(avatar, take, show, sequence, note, key, progress=None, work=No
                 write_bytes(path, (kept.folder / name).read_bytes())
         for path in older:
             path.unlink()
-    return stage
+    return player

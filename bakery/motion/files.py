@@ -5,7 +5,7 @@ from pathlib import Path
 
 from bakery import __version__
 from bakery.errors import FitError, InputError, UsageProblem
-from bakery.export import bundle as files
+from bakery.export import bundle as bundles
 from bakery.export.open import open_avatar
 from bakery.formats.files import digest_file
 from bakery.formats.livelink import format_take, read_take
@@ -75,14 +75,14 @@ def tracked(
     """
     video, factors, model = opened(clip, rate), parse_gain(gain), load_head(head)
     options, finder = options or TrackOptions(), plug_in("detectors", detector)
-    show = progress or (lambda step, done, total: None)
+    report = progress or (lambda step, done, total: None)
     try:
         followed = follow(
             video.frames(), finder, options.follow,
-            progress=lambda done: show("follow", done, max(video.count, done)),
+            progress=lambda done: report("follow", done, max(video.count, done)),
         )  # fmt: skip
         count = len(followed.seconds)
-        solved = solve(followed, model, options, progress=lambda done: show("fit", done, count))
+        solved = solve(followed, model, options, progress=lambda done: report("fit", done, count))
         take = take_of(followed, solved, options)
     except (InputError, FitError) as error:
         said = str(error)  # what the readers say names the file
@@ -106,7 +106,7 @@ def note_of(manifest):
 
 
 def animate(
-    bundle, curves, output, show, gain=(), neutral=None, sound=None, progress=None, work=None,
+    bundle, curves, output, settings, gain=(), neutral=None, sound=None, progress=None, work=None,
     base=None,
 ):  # fmt: skip
     """Play a take with a bundle into a video, or into PNG files.
@@ -114,24 +114,24 @@ def animate(
     Args:
         bundle: folder; curves: take; sound: clip or None.
         output: path of a video, or formats.sequence.Sequence.
-        show: motion.animate.Show.
+        settings: motion.animate.RenderSettings.
         gain, neutral: see `motion.retarget`; base: see `formats.livelink.read_take`.
         progress: called with (step, done, total).
         work: folder for finished parts that is kept.
 
     Returns:
-        the Take as read, and the motion.animate.Stage that played it.
+        the Take as read, and the motion.animate.AnimationPlayer that played it.
 
     Raises:
         BakeryError: what the user can mend.
     """
     take = retargeted(curves, gain, neutral, base)
-    manifest = files.read_manifest(bundle)
+    manifest = bundles.read_manifest(bundle)
     avatar = open_avatar(bundle)
     key = [__version__, digest_file(bundle / MANIFEST)]
     note = note_of(manifest)
     if isinstance(output, Sequence):
         if sound is not None:
             raise InputError("--sound: pictures carry none; drop it, or write a video")
-        return take, write_frames(avatar, take, show, output, note, key, progress, work)
-    return take, write_video(avatar, take, show, output, note, key, sound, progress, work)
+        return take, write_frames(avatar, take, settings, output, note, key, progress, work)
+    return take, write_video(avatar, take, settings, output, note, key, sound, progress, work)

@@ -1,4 +1,4 @@
-"""A take of one person for the face of another: rest taken off, strength changed."""
+"""A take of one person for the face of another: rest subtracted, weights scaled."""
 
 from dataclasses import replace
 
@@ -37,7 +37,7 @@ def parse_gain(texts):
 
 
 def retarget(take, gain=None, neutral=None):
-    """A take with its resting face taken off and its strength changed.
+    """A take with its resting face subtracted and its weights scaled.
 
     A weight w whose resting value is r becomes gain (w - r) / (1 - r), within 0..1: rest is 0 then,
     and full stays full. Angles lose those of rest, so that rest looks straight ahead.

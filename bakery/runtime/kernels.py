@@ -1,6 +1,6 @@
 """Inner loops of the fast player: what `render`, `blend` and `mouth` say, texel by texel.
 
-What lies over the head and the last loop of all stand in `card_kernels` and `shading`.
+What lies over the head and the last loop of all stand in `lash_card_kernels` and `shading`.
 
 Each compiles once with numba and is kept on disk; none holds the interpreter's lock, so that frames
 are drawn side by side in threads.
@@ -123,7 +123,7 @@ def needed_tiles(
     seen: np.ndarray,
     needed: np.ndarray,
 ) -> None:
-    """Mark the tiles that faces in sight touch.
+    """Mark the tiles that visible faces touch.
 
     Args:
         face, box: as from `rasterize`.
@@ -157,7 +157,7 @@ def blend_tiles(
     plain: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """Equation 4 on the tiles in sight; see `blend.face_texture`.
+    """Equation 4 on the visible tiles; see `blend.face_texture`.
 
     All that a tile needs lies together: without that, fetching masks and textures took twice as long
     as working with them.
@@ -249,7 +249,7 @@ def texture_planes(
     """What turns a sample's centre into a place on the texture: u/w, v/w and 1/w are planes.
 
     Args:
-        seen: [F] bool: the faces in sight.
+        seen: [F] bool: the visible faces.
         corners: [F, 3, 2] texels; 0 is a border, 0.5 the middle of the first.
         kind: [F] uint8; slides: [kinds, 2] texels that each texture moves right and down.
         planes: [F, 9] float64, written: constant, per column and per row of u/w, v/w, 1/w.
@@ -307,7 +307,7 @@ def mark_texels(
     planes: np.ndarray,
     marks: np.ndarray,
 ) -> int:
-    """Mark the texels [h, w] of one carrier that are in sight; returns how many samples see it.
+    """Mark the texels [h, w] of one carrier that are visible; returns how many samples see it.
 
     The box need not be larger than the carrier.
     """

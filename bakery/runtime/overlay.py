@@ -46,7 +46,7 @@ LABEL_COLORS = np.array(  # [len(LABELS), 3] uint8
 )  # fmt: skip
 SHADED = (30, 0, 130)  # hard cast shadow
 DETECTED, FITTED = (0, 235, 120), (255, 40, 200)
-CLAY = np.array([0.82, 0.8, 0.86])
+SHADE = np.array([0.82, 0.8, 0.86])
 SEE_THROUGH = 0.35  # of the photo below the fitted head
 
 
@@ -194,7 +194,7 @@ def _stroke(scale: float) -> int:
 
 
 def _shaded(photo: np.ndarray, head: HeadModel, vertices: np.ndarray, camera: Camera) -> np.ndarray:
-    """The head as clay over a photo that its camera sees, with its outline."""
+    """A shaded preview of the head over a photo that its camera sees, with its outline."""
     points = cameras.to_camera(vertices, camera)
     faces = head.faces[head.part_faces("skin", "eye_left", "eye_right")]
     seen = rasterize(
@@ -204,8 +204,8 @@ def _shaded(photo: np.ndarray, head: HeadModel, vertices: np.ndarray, camera: Ca
     normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-6)
     light = 0.25 + 0.75 * np.clip(normals @ [-0.35, 0.45, 0.82], 0, 1)
     inside = seen.face >= 0
-    share = np.where(inside, 1 - SEE_THROUGH, 0)[..., None]
-    out: np.ndarray = photo * (1 - share) + 255 * CLAY * light[..., None] * share
+    opacity = np.where(inside, 1 - SEE_THROUGH, 0)[..., None]
+    out: np.ndarray = photo * (1 - opacity) + 255 * SHADE * light[..., None] * opacity
     out = (out + 0.5).astype(np.uint8)
     edges, _ = cv2.findContours(inside.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     cv2.drawContours(out, edges, -1, FITTED, 2, cv2.LINE_AA)

@@ -15,10 +15,10 @@ from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import to_encoded
 from bakery.heads.base import CARDS, EYES, FOLLOW, PARTS, HeadModel
-from bakery.runtime import card_kernels, kernels, shading
+from bakery.runtime import kernels, lash_card_kernels, shading
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import gaze_slide, lay_hair, nearest_gaze
-from bakery.runtime.cards import card_sides, card_weights
+from bakery.runtime.lash_cards import card_sides, card_weights
 from bakery.runtime.mouth import neighbours
 from bakery.runtime.render import SAMPLES, SHOWN, Frame, paintable
 from bakery.stages.texture.mouth import LIPS
@@ -215,7 +215,7 @@ class Player:
             pixels[self.card_vertices], inverse[self.card_vertices], SAMPLES, camera.height,
             camera.width,
         )  # fmt: skip
-        card_kernels.lay_cards(
+        lash_card_kernels.lay_cards(
             pixels, inverse, self.card_faces, self.card_corners,
             card_weights(camera, self.avatar.fit.camera, expression)[self.card_sides],
             self.card_texture, work.best, SAMPLES, over, work.cards,

@@ -13,7 +13,7 @@ from bakery.geometry.sample import bilinear, interpolate
 from bakery.heads.base import EYES, PARTS
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import face_texture, gaze_slide, lay_hair, nearest_gaze
-from bakery.runtime.cards import card_weights, lay_cards
+from bakery.runtime.lash_cards import card_weights, lay_cards
 from bakery.runtime.mouth import mouth_picture
 from bakery.stages.texture.mouth import mouth_landmarks
 from bakery.types import Camera, Textures

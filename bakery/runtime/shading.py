@@ -1,9 +1,9 @@
-"""The last loops of the fast player: from faces in sight to colours, and to bytes."""
+"""The last loops of the fast player: from visible faces to colours, and to bytes."""
 
 import numpy as np
 
-from bakery.runtime.card_kernels import alone, under
 from bakery.runtime.kernels import jit, place_on
+from bakery.runtime.lash_card_kernels import alone, under
 
 
 @jit
@@ -20,7 +20,7 @@ def shade(
             16 bytes, which are read at once.
         places: [kinds, 3] int64: where each texture begins, its width and height.
         whole: whether the fourth channel is wanted.
-        cards: [H n, W n, 4] float32, as from `card_kernels.lay_cards`, inside the box `over`.
+        cards: [H n, W n, 4] float32, as from `lash_card_kernels.lay_cards`, inside the box `over`.
         out: [H, W, 4] float32, written: linear, premultiplied by alpha.
         alpha: [H, W] float32, written.
     """
@@ -39,9 +39,9 @@ def shade(
                     covered = near and cards[here, there, 3] < 1
                     if f < 0:
                         if covered:
-                            r, g, b, share = alone(cards[here, there])
+                            r, g, b, opacity = alone(cards[here, there])
                             red, green, blue = red + r, green + g, blue + b
-                            known, hits = known + share, hits + share * weigh
+                            known, hits = known + opacity, hits + opacity * weigh
                         continue
                     which = np.uint64(kind[np.uint64(f)])
                     start, width, height = places[which, 0], places[which, 1], places[which, 2]

@@ -28,7 +28,7 @@ from bakery.stages.fit.gaze import LIMIT
 from bakery.types import EXPRESSIONS, Fit
 
 SIZE = 512  # pixels
-FACE_SHARE = 0.6  # of the picture's height that the face takes, framed as a face
+FACE_RATIO = 0.6  # of the picture's height that the face takes, framed as a face
 VIEWS = ("photo", "front")
 BACKGROUNDS = ("none", "gray", "photo")
 MASKS = (".png", ".jpg", ".webp")  # files that masks are written to
@@ -287,7 +287,7 @@ def _camera(avatar, scene):
     else:
         yaw, pitch = (0.0, 0.0) if scene.view == "front" else scene.view
         seen = (avatar.fit, avatar.head, avatar.neutral, yaw, pitch, scene.size or SIZE)
-        return head_camera(*seen) if scene.framing == "head" else face_camera(*seen, FACE_SHARE)
+        return head_camera(*seen) if scene.framing == "head" else face_camera(*seen, FACE_RATIO)
     if scene.size is None:
         return camera
     scale = scene.size / max(camera.width, camera.height)

@@ -13,7 +13,7 @@ from bakery.bake.subject import FittedSubject
 from bakery.errors import InputError
 from bakery.export.manifest import IPTC
 from bakery.formats import video
-from bakery.generators.planes import NONE, face_mask
+from bakery.generators.channels import NONE, face_mask
 from bakery.generators.shade import is_part
 from bakery.generators.steady import SteadyGenerator
 from bakery.geometry import camera as cameras
@@ -26,12 +26,12 @@ from bakery.heads.file import load_head
 from bakery.landmarks import FACE
 from bakery.parallel import side_by_side
 from bakery.runtime.blend import lay_hair
-from bakery.show import frame as scenes
+from bakery.show import frame as frames
 from bakery.stages.condition import condition, face_camera, finer, shrunk
 from bakery.stages.face_frame import face_frame
 
 BACKGROUND = 0.5  # sRGB-encoded gray where the head is not
-FILM_SHARE = 0.6  # of the height of a video that the face takes, as `bakery animate` shows it
+FILM_RATIO = 0.6  # of the height of a video that the face takes, as `bakery animate` shows it
 STEEPEST = 60.0  # degrees of yaw and pitch that are painted
 
 
@@ -53,7 +53,7 @@ def parse(weights="", fitted=None, gaze=None, yaw=None, pitch=None):
     """
     if fitted and (yaw is not None or pitch is not None):
         raise InputError("--fit brings its own view; leave out --yaw and --pitch, or --fit")
-    asked = scenes.parse(weights, fitted, gaze)
+    asked = frames.parse(weights, fitted, gaze)
     direction = asked["gaze"]
     if direction is None:
         direction = gaze_of(asked["expression"]).mean(0)
@@ -84,11 +84,11 @@ def paint(fitted, target, generator, hair=True):
         hair: whether the hair of the portrait is laid over.
 
     Returns:
-        picture [H, W, 3] float32 sRGB-encoded, and the face [H, W] 0..1 as `planes.face_mask` has
+        picture [H, W, 3] float32 sRGB-encoded, and the face [H, W] 0..1 as `channels.face_mask` has
         it. The hair layer is no part of that: it carries skin too, beside the hair.
     """
     own = fitted.neutral.fit
-    neutral = scenes.neutral_for(fitted.head, fitted.subject.neutral, own.head, target.fit)
+    neutral = frames.neutral_for(fitted.head, fitted.subject.neutral, own.head, target.fit)
     if target.fit is None:
         frame = face_camera(own, fitted.head, neutral, *target.view)
         camera = finer(frame)
@@ -164,7 +164,7 @@ def film(fitted, take, generator, output, view=(0.0, 0.0), frames=None, progress
     if not len(chosen):
         raise InputError(f"--frames: the take has {count} frames; begin below that")
     still = face_camera(
-        fitted.neutral.fit, fitted.head, fitted.subject.neutral, *view, share=FILM_SHARE
+        fitted.neutral.fit, fitted.head, fitted.subject.neutral, *view, ratio=FILM_RATIO
     )
     show = progress or (lambda step, done, total: None)
     subject, steady = fitted.subject, SteadyGenerator(generator)

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import cv2
 import numpy as np
@@ -14,6 +13,7 @@ from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import CARRIERS, PARTS, HeadModel
+from bakery.memo import once_per_object
 from bakery.types import Camera
 
 GUTTER = 6  # texels that charts grow into the space between them, at any resolution
@@ -59,7 +59,8 @@ class Atlas:
         """Boolean [N]: texels of the named parts."""
         return np.isin(self.part, [PARTS.index(part) for part in parts])
 
-    @cached_property
+    @property
+    @once_per_object
     def _nearest(self) -> tuple[np.ndarray, np.ndarray]:
         """Flat number of the nearest texel on a face, for every texel within the gutter."""
         empty = np.ones(self.size * self.size, np.uint8)
@@ -139,7 +140,7 @@ def make_view(
 
 
 @dataclass(frozen=True)
-class Sight:
+class Visibility:
     """Where a camera sees the texels of an atlas, a row a texel."""
 
     pixels: np.ndarray  # [N, 2] float32
@@ -152,8 +153,8 @@ class Sight:
         return (facing * self.visible).astype(np.float32)
 
 
-def see(atlas: Atlas, view: View, tolerance: float = 2.0) -> Sight:
-    """Look at every texel of an atlas through a View: Sight.
+def visibility_of(atlas: Atlas, view: View, tolerance: float = 2.0) -> Visibility:
+    """Where the camera of a View sees the texels of an atlas: Visibility.
 
     Args:
         tolerance: mm that a visible texel may lie behind the z-buffer.
@@ -169,7 +170,7 @@ def see(atlas: Atlas, view: View, tolerance: float = 2.0) -> Sight:
     row = np.clip(y.astype(int), 0, view.camera.height - 1)
     slack = tolerance + 1.5 * np.sqrt(np.maximum(1 - cosine**2, 0)) / np.maximum(cosine, 0.1)
     seen = inside & (-points[:, 2] < view.nearest[row, column] + slack)
-    return Sight(pixels, cosine, seen * bilinear(view.edge, pixels))
+    return Visibility(pixels, cosine, seen * bilinear(view.edge, pixels))
 
 
 def soften(weight: np.ndarray, inside: np.ndarray, blur: float = 1 / 400) -> np.ndarray:

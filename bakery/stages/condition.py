@@ -15,7 +15,7 @@ from bakery.heads.base import INTERIOR, PARTS, HeadModel
 from bakery.types import Camera, Conditions, Fit
 
 SIZE = 512  # pixels of the generator's picture
-FACE_SHARE = 0.78  # forehead to chin over the picture's side, as the measurements cut it
+FACE_RATIO = 0.78  # forehead to chin over the picture's side, as the measurements cut it
 DRAWN = ("skin", *INTERIOR)
 IRIS = 5.85  # mm, radius of a mean iris
 FINER = 1.5  # times the pixels of a picture a side, drawn and then shrunk: or edges and pores alias
@@ -28,20 +28,20 @@ def face_camera(
     yaw: float = 0.0,
     pitch: float = 0.0,
     size: int = SIZE,
-    share: float = FACE_SHARE,
+    ratio: float = FACE_RATIO,
 ) -> Camera:
     """The camera of the generator's picture: the photo's lens and distance, head upright, centred.
 
     Args:
         yaw, pitch: degrees the head turns to the subject's left and up.
-        share: height from the top to the bottom landmark over the picture's side.
+        ratio: height from the top to the bottom landmark over the picture's side.
     """
     points = head.landmarks(neutral)[:468]
     pivot = np.array([0.0, *points[:, 1:].mean(0)])
     straight = cameras.view(fit.camera, 0.0, 0.0, pivot)
     pixels = cameras.project(points, straight)
     low, high = pixels.min(0), pixels.max(0)
-    scale = share * size / (high[1] - low[1])
+    scale = ratio * size / (high[1] - low[1])
     corner = (low + high) / 2 - size / 2 / scale
     framed = cameras.crop(straight, corner[0], corner[1], size, size, scale)
     return cameras.view(framed, yaw, pitch, pivot)

@@ -5,7 +5,7 @@ import numpy as np
 
 from bakery.geometry import camera as cameras
 from bakery.heads.base import HeadModel
-from bakery.stages.condition import FACE_SHARE, SIZE, condition
+from bakery.stages.condition import FACE_RATIO, SIZE, condition
 from bakery.types import Camera, Fit
 
 
@@ -20,7 +20,7 @@ def face_frame(fit: Fit, points: np.ndarray, size: int = SIZE) -> tuple[Camera, 
         Camera, and the affine [2, 3] from the photo's pixels to its own.
     """
     low, high = points.min(0), points.max(0)
-    scale = FACE_SHARE * size / (high[1] - low[1])
+    scale = FACE_RATIO * size / (high[1] - low[1])
     corner = (low + high) / 2 - size / 2 / scale
     camera = cameras.crop(fit.camera, corner[0], corner[1], size, size, scale)
     return camera, np.column_stack([np.eye(2) * scale, -corner * scale])

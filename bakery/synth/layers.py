@@ -123,20 +123,20 @@ def compose(scene, kinds, depth, image, sets, lash, volume, fine, supersample, r
     solid = kinds >= 0
     image[~solid] = behind[~solid]
     wall = depth.astype(np.float32)
-    covers = {name: np.zeros((height, width), np.float32) for name in ("hair", "brow", "beard")}
+    coverage = {name: np.zeros((height, width), np.float32) for name in ("hair", "brow", "beard")}
     colors = [shade_strands(s, scene.environment, volume) for s in sets]
     for one, color in zip(sets[1:], colors[1:]):
-        draw_strands([one], [color], fine, wall, image, covers[one.kind])
+        draw_strands([one], [color], fine, wall, image, coverage[one.kind])
     fringe = [shade_strands(s, scene.environment, volume, 0.8) for s in lash]
     draw_strands(lash, fringe, fine, wall + 2.0, image, np.zeros((height, width), np.float32))
-    draw_strands(sets[:1], colors[:1], fine, wall, image, covers["hair"])
-    bare = 1 - covers["hair"]
-    masks = {"hair": covers["hair"]}
+    draw_strands(sets[:1], colors[:1], fine, wall, image, coverage["hair"])
+    bare = 1 - coverage["hair"]
+    masks = {"hair": coverage["hair"]}
     masks["clothes"], masks["background"] = (kinds == CLOTH) * bare, (kinds < 0) * bare
     masks["props"] = (kinds >= PROP) * bare
     for name, members in GROUPS.items():
         masks[name] = np.isin(kinds, [PARTS.index(m) for m in members]) * bare
-    parts = {"beard": covers["beard"], **regions}
+    parts = {"beard": coverage["beard"], **regions}
     parts = {name: part * bare for name, part in parts.items()}
     small = [
         {name: shrink(m.astype(np.float32), supersample) for name, m in some.items()}

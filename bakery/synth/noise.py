@@ -10,6 +10,8 @@ import numpy as np
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def _hash(x, y, z, seed):
+    """A number of a lattice point. Numba widens the products to 64 bits, so these are not the numbers
+    of `geometry.noise`, and skins that are painted already are made of them."""
     h = np.uint32(x) * np.uint32(0x8DA6B343)
     h ^= np.uint32(y) * np.uint32(0xD8163841)
     h ^= np.uint32(z) * np.uint32(0xCB1AB31F)

@@ -33,8 +33,8 @@ def painted(stage, traits):
     fine, _ = gradient_noise(points, 1.2, traits.seed + 9, octaves=2, gain=0.7)
     brows = sum(chart.sample(brow_mask(chart, side, 0.8), points) for side in SIDES)
     hairs, _ = gradient_noise(points, (2.6, 0.55, 2.0), traits.seed + 10, octaves=2, gain=0.8)
-    cover = np.clip(brows * traits.brow_density * (0.75 + 1.1 * hairs), 0, 0.95)[:, None]
-    albedo = albedo * (1 - cover) + 0.5 * hair_color(traits) * cover
+    coverage = np.clip(brows * traits.brow_density * (0.75 + 1.1 * hairs), 0, 0.95)[:, None]
+    albedo = albedo * (1 - coverage) + 0.5 * hair_color(traits) * coverage
 
     def picture(values):
         out = np.zeros((len(atlas.index),) + values.shape[1:], np.float32)

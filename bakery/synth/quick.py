@@ -301,8 +301,8 @@ def _lashes(figure, image, posed, depth, fine, light):
         np.repeat((one.color * shine)[:, None], one.points.shape[1], 1).astype(np.float32)
         for one in sets
     ]
-    cover = np.zeros(image.shape[:2], np.float32)
-    draw_strands(sets, colors, fine, depth.astype(np.float32) + 2.0, image, cover)
+    coverage = np.zeros(image.shape[:2], np.float32)
+    draw_strands(sets, colors, fine, depth.astype(np.float32) + 2.0, image, coverage)
 
 
 def develop(linear, exposure, balance):

@@ -29,7 +29,7 @@ EXPOSED = 0.85  # reflectance of what a photo shows as 1 at a frontal normal
 FEATURE = 24.0  # texels, blur that parts a skin's tone from its features
 
 
-def unwrap(photo, landmarks, fit, neutral, head, cover):
+def unwrap(photo, landmarks, fit, neutral, head, mattes):
     """The reflectance of a photographed person.
 
     Args, as for `stages.texture.neutral.prepare`.
@@ -37,7 +37,7 @@ def unwrap(photo, landmarks, fit, neutral, head, cover):
     Returns:
         albedo [T, T, 3] float32 linear; meant for the skin parts of the atlas only.
     """
-    prepared = prepare(photo, landmarks, fit, neutral, head, cover, TEXELS)
+    prepared = prepare(photo, landmarks, fit, neutral, head, mattes, TEXELS)
     atlas = make_atlas(head, TEXELS)
     vertices = head.vertices(neutral, fit.expression, fit.gaze)
     turn = rotation.matrix(fit.camera.rotation)

@@ -141,8 +141,8 @@ def shade_strands(strands, environment, volume, ambient_scale=1.0):
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
-def _draw(order, pixels, depth, width, opacity, color, knots, wall, image, cover, bias):
-    rows, columns = cover.shape
+def _draw(order, pixels, depth, width, opacity, color, knots, wall, image, coverage, bias):
+    rows, columns = coverage.shape
     for n in range(order.shape[0]):
         s = order[n] // (knots - 1)
         a = s * knots + order[n] % (knots - 1)
@@ -189,10 +189,10 @@ def _draw(order, pixels, depth, width, opacity, color, knots, wall, image, cover
                     image[y, x, c] = image[y, x, c] * keep + amount * (
                         color[a, c] + (color[b, c] - color[a, c]) * t
                     )
-                cover[y, x] = cover[y, x] * keep + amount
+                coverage[y, x] = coverage[y, x] * keep + amount
 
 
-def draw_strands(sets, colors, camera, wall, image, cover, bias=1.5):
+def draw_strands(sets, colors, camera, wall, image, coverage, bias=1.5):
     """Draw strands, far ones first, into a picture.
 
     Args:
@@ -201,7 +201,7 @@ def draw_strands(sets, colors, camera, wall, image, cover, bias=1.5):
         camera: intrinsics in pixels of the picture.
         wall: [H, W] mm depth of what hides hair.
         image: [H, W, 3] float32 linear, painted over.
-        cover: [H, W] float32, gains the share of each pixel that hair covers.
+        coverage: [H, W] float32, gains the share of each pixel that hair covers.
         bias: mm that hair may lie behind the wall, since roots do.
     """
     from bakery.geometry.camera import project_camera
@@ -224,6 +224,6 @@ def draw_strands(sets, colors, camera, wall, image, cover, bias=1.5):
             knots,
             wall,
             image,
-            cover,
+            coverage,
             np.float32(bias),
         )

@@ -51,14 +51,14 @@ class BaseSamples:
             return self.face(rng, np.pi + rng.uniform(-1.7, 1.7))[0]
         if kind < 0.8:
             picture, points = self.face(rng, rng.normal(0, 0.15))
-            return cover_face(rng, picture, points, self.faces.backgrounds)
+            return occlude_face(rng, picture, points, self.faces.backgrounds)
         angle = rng.uniform(0, 2 * np.pi)
         scale = rng.choice([rng.uniform(0.12, 0.3), rng.uniform(2, 3)])
         shift = (0.32 + 0.3 * scale) * np.array([np.cos(angle), np.sin(angle)])
         return self.face(rng, rng.uniform(-1, 1), scale, shift)[0]
 
 
-def cover_face(rng, picture, points, backgrounds):
+def occlude_face(rng, picture, points, backgrounds):
     """Paint over a whole face with a plain or textured patch: hair and shoulders alone stay."""
     frame = frames.frame_of_points(points)
     height, width = picture.shape[:2]
@@ -115,7 +115,7 @@ class FinderSamples:
                 picture = behind
                 continue
             if rng.random() < 0.12:
-                picture = cover_face(rng, picture, points[order], faces.backgrounds)
+                picture = occlude_face(rng, picture, points[order], faces.backgrounds)
             else:
                 placed.append((center, size, roll))
         picture = cut_borders(rng, picture, 0.1, [(c, s) for c, s, _ in placed])

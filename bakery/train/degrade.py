@@ -19,7 +19,7 @@ def photograph(x, rng, most=1.0):
     groups = min(GROUPS, len(x))
     drawn = _uniform(rng, x, (groups,), 0.2 * most, most)
     amounts = drawn.repeat_interleave(-(-len(x) // groups))[: len(x), None, None, None]
-    x = covered(x, rng, 0.15 * amounts)
+    x = occluded(x, rng, 0.15 * amounts)
     x = lit(x, rng, 0.5 * amounts)
     x = toned(x, rng, 0.85 * amounts)
     x = mixed_colours(x, rng, 0.4 * amounts)
@@ -34,7 +34,7 @@ def photograph(x, rng, most=1.0):
     return torch.cat(parts).clamp_(0, 1)
 
 
-def covered(x, rng, chance):
+def occluded(x, rng, chance):
     """Patches before the face: soft ellipses and boxes that show another picture, or one tone."""
     count, _, height, width = x.shape
     for _ in range(2):
@@ -48,12 +48,12 @@ def covered(x, rng, chance):
         u = (grid[..., 0] * c + grid[..., 1] * s) / size[:, 0, None, None]
         v = (grid[..., 1] * c - grid[..., 0] * s) / size[:, 1, None, None]
         radius = (u.abs() ** power + v.abs() ** power) ** (1 / power)
-        cover = torch.sigmoid((1 - radius) * sharp) * _happens(rng, x, count, chance)[..., 0]
+        matte = torch.sigmoid((1 - radius) * sharp) * _happens(rng, x, count, chance)[..., 0]
         other = x.roll(1, 0).flip(2)
         plain = _uniform(rng, x, (count, 3, 1, 1), 0, 1)
         plain = plain * (0.7 + 0.6 * _field(rng, x, 6))
         texture = torch.where(_happens(rng, x, count, 0.5) > 0, other, plain)
-        x = x + (texture - x) * cover[:, None]
+        x = x + (texture - x) * matte[:, None]
     return x
 
 

@@ -2,7 +2,7 @@
 
 Both photographs are fitted; the neutral's texture is drawn in the fit of the other, whose own
 residual warp registers the two. What is left of the registration is a small smooth flow, and what
-the two photographs differ in exposure and white balance is taken off the target.
+the two photographs differ in exposure and white balance is removed from the target.
 """
 
 from pathlib import Path
@@ -12,8 +12,7 @@ import numpy as np
 
 from bakery.bake.subject import FittedSubject
 from bakery.errors import BakeryError
-from bakery.generators.hints import hints
-from bakery.generators.planes import encode
+from bakery.generators.channels import encode, expression_channels
 from bakery.geometry.color import LUMA, to_linear
 from bakery.geometry.fill import diffuse
 from bakery.geometry.sample import bicubic
@@ -22,7 +21,7 @@ from bakery.synth.pairs import NAME, PaintedPair, write_shard
 
 FLOW_LIMIT = 3.0  # pixels that the flow may move the target
 FLOW_SMOOTH = 10.0  # pixels: sigma of the blur that makes the flow smooth
-DRIFT_LIMIT = 0.35  # log of the gain that exposure and white balance may differ by
+DRIFT_LIMIT = 0.35  # log of the scale that exposure and white balance may differ by
 
 
 def write_pairs(people, landmarks, head, output, options=None):
@@ -65,23 +64,23 @@ def pair_of(fitted, observation, number):
         observation: of `fitted.sit`; `fitted.neutral` makes the neutral photo its own target.
         number: of the subject.
     """
-    layers, fit = observation.planes, observation.fit
+    channels, fit = observation.channels, observation.fit
     target = observation.head_only
     for mend in (without_drift, registered):
-        target = mend(target, layers.deformed, observation.face, layers.part)
+        target = mend(target, channels.deformed, observation.face, channels.part)
     return PaintedPair(
         photo=fitted.neutral.head_only,
         photo_face=fitted.neutral.face,
         target=target,
-        deformed=layers.deformed,
-        normals=layers.normals,
-        depth=layers.depth,
-        gaze=layers.gaze,
-        part=layers.part,
+        deformed=channels.deformed,
+        normals=channels.normals,
+        depth=channels.depth,
+        gaze=channels.gaze,
+        part=channels.part,
         face=observation.face,
         landmarks=observation.points.astype(np.float32),
         expression=fit.expression.astype(np.float32),
-        **hints(fitted.subject, observation.conditions, observation.camera),
+        **expression_channels(fitted.subject, observation.conditions, observation.camera),
         gaze_angles=np.asarray(fit.gaze, np.float32),
         yaw=0.0,
         pitch=0.0,
@@ -91,7 +90,7 @@ def pair_of(fitted, observation, number):
 
 
 def without_drift(target, deformed, face, part):
-    """Take the gain of exposure and white balance off a target.
+    """Divide a target by its difference in exposure and white balance.
 
     Expressions darken folds and brighten bulges; the median over all skin of the face says how the
     photographs differ.
@@ -109,8 +108,8 @@ def without_drift(target, deformed, face, part):
         return target
     seen, wanted = to_linear(target / 255.0), to_linear(deformed / 255.0)
     ratio = np.log(np.maximum(wanted[stable], 2e-3) / np.maximum(seen[stable], 2e-3))
-    gain = np.exp(np.clip(np.median(ratio, 0), -DRIFT_LIMIT, DRIFT_LIMIT))
-    return encode(seen * gain)
+    scale = np.exp(np.clip(np.median(ratio, 0), -DRIFT_LIMIT, DRIFT_LIMIT))
+    return encode(seen * scale)
 
 
 def registered(target, deformed, face, part):

@@ -3,7 +3,7 @@
 from bakery.bake.faces import one_face
 from bakery.bake.fitting import fit_portrait, own_head
 from bakery.errors import InputError
-from bakery.stages.texture.hair import cover_of
+from bakery.stages.texture.hair import mattes_of
 from bakery.synth import skins
 
 PATTERN = "*_neutral.jpg"
@@ -33,6 +33,6 @@ def unwrap_folder(photos, head, output):
         photo, landmarks = one_face(path)
         fit, segmentation = fit_portrait(path, photo, landmarks, head)
         own, neutral = own_head(head, fit)
-        cover = cover_of(photo.encoded, segmentation, landmarks.points)
-        skins.save(target, skins.unwrap(photo, landmarks, fit, neutral, own, cover))
+        mattes = mattes_of(photo.encoded, segmentation, landmarks.points)
+        skins.save(target, skins.unwrap(photo, landmarks, fit, neutral, own, mattes))
         yield target

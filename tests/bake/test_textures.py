@@ -24,7 +24,7 @@ def test_a_generator_that_can_gets_ready_while_the_neutral_is_made(monkeypatch):
         raise StopIteration("enough")
 
     monkeypatch.setattr(textures, "prepare", prepare)
-    monkeypatch.setattr(textures, "cover_of", lambda *args: None)
+    monkeypatch.setattr(textures, "mattes_of", lambda *args: None)
     monkeypatch.setattr(textures, "made_from", lambda *args: "")
     monkeypatch.setattr(textures, "own_head", lambda head, fit: (head, None))
     nobody = SimpleNamespace(gaze=np.zeros(2), encoded=None, points=None)

@@ -6,7 +6,7 @@ import shutil
 import numpy as np
 import pytest
 
-from bakery.export import bundle as files
+from bakery.export import bundle as bundles
 from bakery.export.open import open_avatar
 from bakery.export.schema import seal
 from bakery.export.validate import problems
@@ -23,14 +23,14 @@ def test_it_is_whole(bundle, bakery):
     assert problems(bundle) == []
     done = bakery("validate", bundle, "--json")
     assert done.returncode == 0 and json.loads(done.stdout)["valid"]
-    manifest = files.read_manifest(bundle)
+    manifest = bundles.read_manifest(bundle)
     assert len(manifest["keys"]) == 6 and len(manifest["gaze"]["parts"]) == 20
     assert len(manifest["lods"]) == 4 and len(manifest["channels"]) == 52
 
 
 def test_it_says_what_painted_it(bundle):
     """The default generator is a trained network; that of `rendered` stands in test_steps."""
-    said = files.read_manifest(bundle)["provenance"]
+    said = bundles.read_manifest(bundle)["provenance"]
     assert said["generator"] == "pagan"
     assert said["digitalSourceType"] == (
         "http://cv.iptc.org/newscodes/digitalsourcetype/compositeWithTrainedAlgorithmicMedia"
@@ -200,7 +200,7 @@ def test_render(bundle, bakery, tmp_path):
     import cv2
 
     fit = tmp_path / "fit.json"
-    fit.write_text(json.dumps(files.read_manifest(bundle)["fit"]))  # as `bakery fit` writes it
+    fit.write_text(json.dumps(bundles.read_manifest(bundle)["fit"]))  # as `bakery fit` writes it
     for options, size in (
         (
             ["--weights", "jawOpen=0.6,mouthSmileLeft=0.8", "--gaze", "10,-5", "--size", "96"],

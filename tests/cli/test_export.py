@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from bakery.export import bundle as files
+from bakery.export import bundle as bundles
 from bakery.plugins import known, plug_in
 from bakery.testing import check_exporter
 
@@ -93,7 +93,7 @@ def test_a_bundle_of_the_formats_that_a_preset_names(bakery, portrait, tmp_path)
     assert done.returncode == 0, done.stderr
     assert (out / "preview.png").is_file()
     assert not (out / "head.glb").exists() and not (out / "web").exists()
-    manifest = files.read_manifest(out)
+    manifest = bundles.read_manifest(out)
     assert manifest["lods"] == [] and "web" not in manifest
     for command in (["validate"], ["inspect"], ["preview", "-o", tmp_path / "a.html"],
                     ["render", "-o", tmp_path / "a.png", "--size", "64"]):  # fmt: skip

@@ -122,17 +122,17 @@ def test_a_clip_with_a_gap_is_told(monkeypatch):
     """Damage that leaves the index whole, and WebMs, whose index counts nothing."""
     from types import SimpleNamespace
 
-    from bakery.motion import files as movies
+    from bakery.motion import files
 
-    monkeypatch.setattr(movies, "Clip", lambda path: SimpleNamespace(count=100, frames=lambda: ()))
-    monkeypatch.setattr(movies, "plug_in", lambda *_: None)
+    monkeypatch.setattr(files, "Clip", lambda path: SimpleNamespace(count=100, frames=lambda: ()))
+    monkeypatch.setattr(files, "plug_in", lambda *_: None)
     for count, told in ((89, True), (95, False)):
         seen = SimpleNamespace(seconds=np.arange(count))
-        monkeypatch.setattr(movies, "follow", lambda *_, seen=seen, **__: seen)
+        monkeypatch.setattr(files, "follow", lambda *_, seen=seen, **__: seen)
         made = Take(np.arange(count) / 25, np.zeros((count, 52)), np.zeros((count, 3)), None)
-        monkeypatch.setattr(movies, "solve", lambda *_, **__: None)
-        monkeypatch.setattr(movies, "take_of", lambda *_, made=made: made)
-        notes = movies.tracked("clip.webm").notes
+        monkeypatch.setattr(files, "solve", lambda *_, **__: None)
+        monkeypatch.setattr(files, "take_of", lambda *_, made=made: made)
+        notes = files.tracked("clip.webm").notes
         assert bool(notes) == told
         assert not told or "89 of about 100 frames can be read" in notes[0]
 

@@ -6,7 +6,7 @@ import pytest
 
 from bakery.bake.estimate import plan
 from bakery.bake.options import BuildOptions
-from bakery.cli import progress as bars
+from bakery.cli import progress
 from bakery.cli.progress import Progress, span
 
 
@@ -14,7 +14,7 @@ from bakery.cli.progress import Progress, span
 def clock(monkeypatch):
     """A clock that is set by hand: a list of one number, seconds."""
     now = [0.0]
-    monkeypatch.setattr(bars.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
     return now
 
 
@@ -111,16 +111,16 @@ def test_spans():
 
 
 def test_no_bar_where_others_draw(monkeypatch):
-    monkeypatch.setattr(bars.sys.stderr, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(progress.sys.stderr, "isatty", lambda: True, raising=False)
     monkeypatch.setenv("MAKEFLAGS", "kw")
-    assert bars.bar_wanted(0) and not bars.bar_wanted(-1) and not bars.bar_wanted(1)
+    assert progress.bar_wanted(0) and not progress.bar_wanted(-1) and not progress.bar_wanted(1)
     monkeypatch.setenv("MAKEFLAGS", "kw -j2 --jobserver-auth=3,4")
-    assert not bars.bar_wanted(0)
+    assert not progress.bar_wanted(0)
 
 
 def test_a_drawn_bar_is_taken_away(monkeypatch, capsys):
-    monkeypatch.setattr(bars, "bar_wanted", lambda verbosity: True)
-    with bars.progress(0, "a\nb\x1b[2J.avatar") as running:
+    monkeypatch.setattr(progress, "bar_wanted", lambda verbosity: True)
+    with progress.progress(0, "a\nb\x1b[2J.avatar") as running:
         running("fit", 1, 2)
     said = capsys.readouterr().err
     assert said.startswith("\r\x1b[Kab[2J.avatar [############............]  50%  fit")

@@ -10,7 +10,7 @@ import pytest
 from bakery.detectors import frames
 from bakery.errors import InputError
 from bakery.landmarks import face_size
-from bakery.motion import follow as following
+from bakery.motion import follow as follows
 from bakery.motion.follow import FollowOptions, follow
 from bakery.motion.gaps import filled, gaps_of, told
 from bakery.plugins import plug_in
@@ -154,7 +154,7 @@ def shipped():
 
 
 @pytest.fixture(scope="module")
-def sitter(shipped):
+def subject(shipped):
     """The painted Anna in 640x480, her face 110 pixels large: picture, her points."""
     picture = cv2.imread(str(SAMPLES / "anna.jpg"))
     small = cv2.resize(picture, (225, 282), interpolation=cv2.INTER_AREA)[..., ::-1]
@@ -178,12 +178,12 @@ def errors_of(out, points, shifts):
 
 
 @pytest.mark.parametrize("light", [1.0, 0.05])
-def test_a_face_that_jumps_is_not_lost(shipped, sitter, light):
+def test_a_face_that_jumps_is_not_lost(shipped, subject, light):
     """By two thirds of its size, there and back, also in the dark, where nothing detects a face.
 
     4% of the eye distance: twice what the network itself is off between two crops in the dark.
     """
-    picture, points = sitter
+    picture, points = subject
     jump = round(0.67 * np.ptp(points, axis=0).max())
     shifts = [(0, 0), (jump, 0), (jump, jump // 3), (0, 0), (-jump, 0), (-jump // 3, 0)]
     pictures = [np.roll(picture, shift[::-1], (0, 1)) for shift in shifts]
@@ -195,9 +195,9 @@ def test_a_face_that_jumps_is_not_lost(shipped, sitter, light):
     assert errors_of(out, points, shifts).max() < 0.04
 
 
-def test_a_face_that_goes_is_not_held_on_to(shipped, sitter):
+def test_a_face_that_goes_is_not_held_on_to(shipped, subject):
     """Plain wall, noise and cloth are no face, however near one was."""
-    picture, points = sitter
+    picture, points = subject
     rng = np.random.default_rng(0)
     top = round(float(points[:, 1].min())) - 65
     wall = picture.copy()
@@ -255,4 +255,4 @@ def test_gaps_are_told():
 
 def test_turns_count_by_the_shorter_way():
     one = frames.FaceFrame(np.zeros(2), 10.0, np.pi - 0.01)
-    assert following.moved(one, replace(one, roll=-np.pi + 0.01)) == pytest.approx(0.02)
+    assert follows.moved(one, replace(one, roll=-np.pi + 0.01)) == pytest.approx(0.02)

@@ -82,7 +82,7 @@ def test_clips_are_named_by_their_points(tmp_path):
 
 @pytest.mark.slow
 def test_talking_people_are_seen_to_open_and_close(bakery, shared):
-    """The musts of docs/log-detect.md, with room for another processor's rounding."""
+    """The requirements of docs/log-detect.md, with room for another processor's rounding."""
     clips = shared / "drivers" / "grid"
     if not clips.exists():
         pytest.skip("needs the talking clips of the shared test data")

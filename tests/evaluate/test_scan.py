@@ -53,7 +53,7 @@ def test_a_missing_file_is_named(tmp_path):
 
 @pytest.mark.slow
 def test_the_real_scan_is_met(shared, head):
-    """The must of the quality table: 1.8 mm."""
+    """The requirement of the quality table: 1.8 mm."""
     scan = scans.read_scan(shared / "scans" / "lee_perry_smith")
     found = list(scans.measure(scan, head))
     assert np.mean([row["median_mm"] for row in found]) < 1.8

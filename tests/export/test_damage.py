@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bakery.errors import BakeryError
-from bakery.export import bundle as files
+from bakery.export import bundle as bundles
 from bakery.export import hostile
 from bakery.export.schema import seal
 from bakery.export.validate import problems
@@ -20,7 +20,7 @@ from bakery.heads.base import CARRIERS
 def is_noticed(folder):
     """Whether the manifest is refused, by the function that players and `validate` begin with."""
     try:
-        return bool(files.check_manifest(folder)[1])
+        return bool(bundles.check_manifest(folder)[1])
     except BakeryError as error:
         return "\n" not in str(error)
 
@@ -64,14 +64,14 @@ def test_the_digest_as_another_program_computes_it(bundle):
 
 
 def test_every_file_but_the_manifest_is_in_its_list(bundle):
-    listed = {entry["path"] for entry in files.read_manifest(bundle)["files"]}
+    listed = {entry["path"] for entry in bundles.read_manifest(bundle)["files"]}
     found = {p.relative_to(bundle).as_posix() for p in bundle.rglob("*") if p.is_file()}
     assert found - listed == {"avatar.json"} and listed <= found
 
 
 def test_every_byte_of_the_other_files_counts(copy):
     rng = np.random.default_rng(1)
-    for entry in files.read_manifest(copy)["files"]:
+    for entry in bundles.read_manifest(copy)["files"]:
         path = copy / entry["path"]
         data = path.read_bytes()
         for at in (0, len(data) - 1, *rng.integers(0, len(data), 4).tolist()):

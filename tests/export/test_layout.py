@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bakery.errors import BundleError
-from bakery.export import bundle as files
+from bakery.export import bundle as bundles
 from bakery.export import layout
 from bakery.export.manifest import _textures_table
 from bakery.export.schema import seal
@@ -45,15 +45,15 @@ def made_up(mouths, seed=0):
 def written(folder, textures, masks):
     """The EXR files in a folder, and a manifest as far as readers of textures look into it."""
     folder.mkdir()
-    files.write_textures(folder, textures, masks)
-    return {**_textures_table(textures, masks), "files": files.list_files(folder)}
+    bundles.write_textures(folder, textures, masks)
+    return {**_textures_table(textures, masks), "files": bundles.list_files(folder)}
 
 
 @pytest.mark.parametrize("count", [1, 3, 9, 10, 11, 59, 60, 61, 120, 299, 300])
 def test_textures_come_back(tmp_path, count):
     textures, masks = made_up(count)
     manifest = written(tmp_path / "a", textures, masks)
-    back, back_masks = files.read_textures(tmp_path / "a", manifest)
+    back, back_masks = bundles.read_textures(tmp_path / "a", manifest)
     for name in ("neutral", "keys", "source", "facing", "hair", "gaze", "mouths", "mouth_weights"):
         assert np.array_equal(getattr(back, name), getattr(textures, name)), name
     assert np.array_equal(back_masks, masks) and back_masks.dtype == np.float32
@@ -105,18 +105,18 @@ def test_mouths_that_do_not_fit_their_parts_are_refused(tmp_path):
     for wrong in ({"columns": 3}, {"rows": 7}, {"columns": 64, "rows": 64}, {"parts": ["a"]}):
         changed = manifest | {"mouths": manifest["mouths"] | wrong}
         with pytest.raises(BundleError, match="do not fit"):
-            files.read_textures(tmp_path / "a", changed)
+            bundles.read_textures(tmp_path / "a", changed)
     more = manifest["mouths"]["landmarks"] * 1000
     changed = manifest | {"mouths": manifest["mouths"] | {"landmarks": more}}
     with pytest.raises(BundleError, match="11000 mouths in 1 parts of 20"):
-        files.read_textures(tmp_path / "a", changed)
+        bundles.read_textures(tmp_path / "a", changed)
 
 
 def rewrite(folder, name, parts, color):
     """Other parts in a file of a bundle, with the right size and hash."""
     exr.write_exr(folder / name, parts, color)
     manifest = json.loads((folder / "avatar.json").read_text())
-    listed = files.list_files(folder)
+    listed = bundles.list_files(folder)
     (folder / "avatar.json").write_bytes(seal(manifest | {"files": listed}))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bakery.errors import BundleError
-from bakery.export import bundle as files
+from bakery.export import bundle as bundles
 from bakery.export.open import open_avatar
 from bakery.export.schema import seal
 from bakery.export.validate import examine, problems
@@ -130,7 +130,7 @@ def test_what_is_no_version_is_refused(copy, version):
     change(copy, lambda manifest: manifest["asset"].update(version=version))
     assert len(problems(copy)) >= 1
     with pytest.raises(BundleError):
-        files.read_manifest(copy)
+        bundles.read_manifest(copy)
 
 
 def test_extras_and_extensions_are_left_alone(copy):
@@ -205,7 +205,7 @@ def test_any_source_type_of_iptc_will_do(copy, kind):
 
 
 def test_models_say_which_generator_it_was(bundle):
-    provenance = files.read_manifest(bundle)["provenance"]
+    provenance = bundles.read_manifest(bundle)["provenance"]
     assert set(provenance["models"]) == {"generator", "detector"}
     assert provenance["models"]["generator"]["version"]
 

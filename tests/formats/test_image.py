@@ -202,8 +202,8 @@ def broken_files(picture):
     jpeg, png = encode_image(picture, ".jpg"), encode_image(picture, ".png")
     half = len(jpeg) // 2
     frames = [Image.fromarray(np.roll(picture, 20 * i, 1)) for i in range(3)]
-    movie = io.BytesIO()
-    frames[0].save(movie, "GIF", save_all=True, append_images=frames[1:])
+    gif = io.BytesIO()
+    frames[0].save(gif, "GIF", save_all=True, append_images=frames[1:])
     webp = io.BytesIO()
     frames[0].save(webp, "WEBP", save_all=True, append_images=frames[1:])
     return {
@@ -217,7 +217,7 @@ def broken_files(picture):
         "65 megapixels": (png_claiming(6500, 10000), "megapixels"),
         "tiny": (encode_image(picture[:50, :50], ".png"), "at least 96"),
         "scans": (many_scans(picture, 300), "scans"),
-        "gif": (movie.getvalue(), "animated"),
+        "gif": (gif.getvalue(), "animated"),
         "webp": (webp.getvalue(), "animated"),
         "heic": (b"\0\0\0\x18ftypheic" + bytes(99), "heif-convert"),
         "avif": (b"\0\0\0\x18ftypavif" + bytes(99), "avifdec"),

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from bakery.generators import expected_folds
-from bakery.generators.expected_folds import FULL, fold_plane
+from bakery.generators.expected_folds import FULL, fold_channels
 from bakery.generators.folds import joined, make_folds
 from bakery.generators.pagan import PaganGenerator
 from bakery.generators.strain import landmark_fragments
@@ -44,28 +44,28 @@ def seen(head):
         expression = weights(named)
         pixels = cameras.project(head.landmarks(head.vertices(head.mean, expression)), camera)
         found = landmark_fragments(head, pixels, (SIDE, SIDE))
-        plane = fold_plane(head, expression, light, found)
-        return (plane.astype(float) - 128) / 127 * FULL, pixels
+        drawn = fold_channels(head, expression, light, found)
+        return (drawn.astype(float) - 128) / 127 * FULL, pixels
 
     return look
 
 
-def around(plane, pixels, landmarks):
-    """The part of a plane that some landmarks enclose."""
+def around(drawn, pixels, landmarks):
+    """The part of a channel that some landmarks enclose."""
     low, high = pixels[landmarks].min(0).astype(int), pixels[landmarks].max(0).astype(int) + 1
-    return plane[low[1] : high[1], low[0] : high[0]]
+    return drawn[low[1] : high[1], low[0] : high[0]]
 
 
 def test_rest_folds_nothing(seen):
-    plane, _ = seen({})
-    assert plane.shape == (SIDE, SIDE, 2) and (plane == 0).all()
+    drawn, _ = seen({})
+    assert drawn.shape == (SIDE, SIDE, 2) and (drawn == 0).all()
 
 
 def test_each_muscle_folds_its_own_skin(seen):
     for mix, here, there in ((SMILE, CHEEKS, FOREHEAD), (RISE, FOREHEAD, CHEEKS)):
-        plane, pixels = seen(mix)
-        assert np.ptp(around(plane[..., 0], pixels, here)) > 0.3  # mm
-        assert np.ptp(around(plane[..., 0], pixels, there)) < 0.05
+        drawn, pixels = seen(mix)
+        assert np.ptp(around(drawn[..., 0], pixels, here)) > 0.3  # mm
+        assert np.ptp(around(drawn[..., 0], pixels, there)) < 0.05
 
 
 def test_light_from_the_other_side_turns_the_shading(seen):
@@ -78,8 +78,8 @@ def test_light_from_the_other_side_turns_the_shading(seen):
 
 
 def test_light_from_everywhere_shades_nothing(seen):
-    plane, _ = seen(SMILE, lit(0, 0, 0))
-    assert_allclose(plane[..., 1], 0, atol=FULL[1] / 127)
+    drawn, _ = seen(SMILE, lit(0, 0, 0))
+    assert_allclose(drawn[..., 1], 0, atol=FULL[1] / 127)
 
 
 def test_a_piece_of_a_head_folds_as_the_whole(head):
@@ -90,7 +90,7 @@ def test_a_piece_of_a_head_folds_as_the_whole(head):
     camera = Camera(2500.0, np.full(2, SIDE / 2), np.zeros(3), np.array([0, 60, -700.0]), *shape)
     pixels = cameras.project(head.landmarks(head.vertices(head.mean, expression)), camera)
     found = landmark_fragments(head, pixels, shape)
-    whole, part = (fold_plane(one, expression, SUN, found) for one in (head, piece))
+    whole, part = (fold_channels(one, expression, SUN, found) for one in (head, piece))
     here = np.linalg.norm(np.indices(shape).T - pixels[13], axis=2) < 2500 / 700 * 40
     assert np.ptp(whole[here][:, 0].astype(int)) > 40
     apart = np.abs(whole.astype(int) - part)[here]
@@ -105,7 +105,7 @@ def test_people_are_drawn_once_and_let_go(head, monkeypatch):
     PaganGenerator(UNet(NetworkOptions(channels=(8, 8)), folded=True)).get_ready(other)
     monkeypatch.setattr(expected_folds, "_built", None)
     found = landmark_fragments(other, cameras.project(other.landmarks(other.mean), FRONT), (64, 64))
-    fold_plane(replace(other, name="lively"), weights(SMILE), SUN, found)
+    fold_channels(replace(other, name="lively"), weights(SMILE), SUN, found)
     kept = len(expected_folds._mean.kept)
     del other
     gc.collect()

@@ -13,14 +13,13 @@ from safetensors.torch import save_file
 from bakery.detectors.blocks import fold
 from bakery.errors import ModelError
 from bakery.generators import pagan
-from bakery.generators.hints import hints
+from bakery.generators.channels import condition_channels, expression_channels
 from bakery.generators.interior import FRAME_SCALE, interior_shade
-from bakery.generators.planes import planes
 from bakery.generators.unet import (
     INPUTS,
     NetworkOptions,
     UNet,
-    input_layers,
+    input_channels,
     interpret,
     network_input,
     parts_of,
@@ -169,10 +168,10 @@ def test_generated_picture_is_what_its_parts_say(target):
     expected = conditions.deformed_neutral * made.ratio * (1 - alpha) + made.color * alpha
     assert_allclose(made.image, expected, atol=1e-6)
     assert made.alpha.max() > 0.01
-    layers = planes(head, conditions)
-    outside = layers.face == 0
+    channels = condition_channels(head, conditions)
+    outside = channels.face == 0
     assert outside.any() and made.alpha[outside].max() == 0
-    skin = outside & (layers.part == PARTS.index("skin"))
+    skin = outside & (channels.part == PARTS.index("skin"))
     assert_allclose(made.ratio[skin], 1)
 
 
@@ -184,14 +183,14 @@ def test_the_networks_share_is_the_training_picture(target):
     generator = pagan.PaganGenerator(folded, half=False)
     subject = Observation(head, np.full((512, 512, 3), 90, np.uint8))
     made = generator.generate(subject, conditions, interior_only=True)
-    layers = planes(head, conditions)
-    shade = interior_shade(layers, FRAME_SCALE * 512)
-    seen = hints(subject, conditions)
-    stack = input_layers(layers, pagan.aligned_photo(subject, conditions), shade, seen)
+    channels = condition_channels(head, conditions)
+    shade = interior_shade(channels, FRAME_SCALE * 512)
+    expressed = expression_channels(subject, conditions)
+    stack = input_channels(channels, pagan.aligned_photo(subject, conditions), shade, expressed)
     batch = {k: torch.from_numpy(v.transpose(2, 0, 1)[None].copy()) for k, v in stack.items()}
     with torch.no_grad():
         change = interpret(folded(network_input(batch)), batch["deformed"].float() / 255)
-    whole = layers.face == 255
+    whole = channels.face == 255
     picture = colors.to_encoded(np.clip(made.image, 0, 1))[whole]
     # Bytes of the input and a head that is not exactly 165 mm high.
     difference = np.abs(picture - change.picture[0].permute(1, 2, 0).numpy()[whole])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from bakery.generators.strain import FULL, landmark_fragments, strain_plane
+from bakery.generators.strain import FULL, landmark_fragments, strain_channels
 from bakery.geometry import camera as cameras
 from bakery.heads.base import weights
 from bakery.types import Camera
@@ -14,7 +14,7 @@ GLABELLA, FOREHEAD, CHEEK_LEFT, CHEEK_RIGHT = 9, 151, 425, 205  # landmarks
 
 @pytest.fixture(scope="module")
 def seen(head):
-    """(weights) -> the plane and where the landmarks lie in it."""
+    """(weights) -> the channels and where the landmarks lie in them."""
     middle = np.array([128.0, 128.0])
     camera = Camera(900.0, middle, np.zeros(3), np.array([0, 0, -700.0]), 256, 256)
 
@@ -22,21 +22,21 @@ def seen(head):
         expression = weights(named)
         pixels = cameras.project(head.landmarks(head.vertices(head.mean, expression)), camera)
         found = landmark_fragments(head, pixels, (256, 256))
-        return strain_plane(head, expression, pixels, found), pixels
+        return strain_channels(head, expression, pixels, found), pixels
 
     return look
 
 
-def at(plane, pixels, landmark):
+def at(drawn, pixels, landmark):
     """Log stretch [2] under a landmark."""
     column, row = pixels[landmark].astype(int)
-    return (plane[row, column].astype(float) - 128) / 127 * FULL
+    return (drawn[row, column].astype(float) - 128) / 127 * FULL
 
 
 def test_rest_strains_nothing(seen):
-    plane, _ = seen({})
-    assert plane.shape == (256, 256, 2)
-    assert_allclose(plane, 128, atol=1)
+    drawn, _ = seen({})
+    assert drawn.shape == (256, 256, 2)
+    assert_allclose(drawn, 128, atol=1)
 
 
 def test_brows_that_frown_press_the_glabella_across(seen):
@@ -58,5 +58,5 @@ def test_one_corner_strains_its_own_side_and_mirrors(seen):
 
 
 def test_outside_the_face_there_is_none(seen):
-    plane, _ = seen({"jawOpen": 1.0})
-    assert (plane[:5] == 128).all() and (plane[:, :5] == 128).all()
+    drawn, _ = seen({"jawOpen": 1.0})
+    assert (drawn[:5] == 128).all() and (drawn[:, :5] == 128).all()

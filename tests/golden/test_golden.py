@@ -126,7 +126,7 @@ def expression_sheet(avatar):
     for named in ({}, SMILE, TALK, BLINK):
         expression = weights(named)
         for yaw in (-40, 0, 40):
-            camera = face_camera(avatar.fit, avatar.head, avatar.neutral, yaw, size=192, share=0.55)
+            camera = face_camera(avatar.fit, avatar.head, avatar.neutral, yaw, size=192, ratio=0.55)
             vertices = avatar.head.vertices(avatar.neutral, expression, (0.0, 0.0))
             frame = draw(avatar, vertices, camera, expression, np.zeros(2))
             pictures.append(to_encoded(over_gray(frame)))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bakery.errors import InputError
-from bakery.heads import embed, margins
+from bakery.heads import boundaries, embed
 from bakery.heads.build.portraits import read_points
 from bakery.heads.file import load_head
 
@@ -51,9 +51,11 @@ def test_mirror_points_pair_up():
 
 def test_shares_along_a_rim():
     face = np.zeros((1, 478, 2))
-    rim = margins.LIPS[0]
+    rim = boundaries.LIPS[0]
     face[0, list(rim), 0] = np.linspace(100, 200, len(rim))
-    np.testing.assert_allclose(margins.shares_along(face, rim), np.linspace(0, 1, len(rim))[1:-1])
+    np.testing.assert_allclose(
+        boundaries.shares_along(face, rim), np.linspace(0, 1, len(rim))[1:-1]
+    )
 
 
 def test_rim_points_lie_on_the_rims():
@@ -65,7 +67,7 @@ def test_rim_points_lie_on_the_rims():
         n: (groups[k][1], groups[k + 1][1]) for n, k in (("lips", 1), ("left", 3), ("right", 5))
     }
     faces = points[None, :, :2] * [1, -1]
-    found = margins.pinned(head, faces, points[:468], (lips, lids), sides)
+    found = boundaries.pinned(head, faces, points[:468], (lips, lids), sides)
     for point, place in found.items():
         assert np.linalg.norm(place - points[point]) < 1.2, point
 

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 from bakery.geometry.mesh import boundary_loops, face_normals
-from bakery.heads import embed, eyes
-from bakery.heads import proxies as carriers
-from bakery.heads.build import flatten as atlas
-from bakery.heads.build import teeth
+from bakery.heads import embed, eyes, proxies
+from bakery.heads.build import flatten, teeth
 
 CUBE = np.array(
     [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
@@ -59,7 +57,7 @@ def test_a_flat_sheet_is_relaxed_to_itself():
     held = np.zeros((len(points), 2), bool)
     held[0] = held[8, 1] = True
     bent = points[:, :2] + 3 * np.sin(points[:, ::-1][:, :2] / 20)[:, ::-1]
-    out = atlas.relax(points, faces, bent, held, np.ones(len(points)), rounds=60)
+    out = flatten.relax(points, faces, bent, held, np.ones(len(points)), rounds=60)
     lengths = np.linalg.norm(out[faces[:, 0]] - out[faces[:, 1]], axis=1)
     expected = np.linalg.norm(points[faces[:, 0]] - points[faces[:, 1]], axis=1)
     ratio = lengths / expected
@@ -75,9 +73,9 @@ def test_flattening_turns_nothing_over():
     rim = np.array(boundary_loops(open_faces)[0])
     turn = np.linspace(0, 2 * np.pi, len(rim), endpoint=False)
     circle = np.stack([np.cos(turn), np.sin(turn)], -1) * 100
-    body, mesh = atlas.fill_holes(points, open_faces, rim)
+    body, mesh = flatten.fill_holes(points, open_faces, rim)
     assert len(boundary_loops(mesh)) == 1
-    uv = atlas.flatten(body, mesh, rim, circle)
+    uv = flatten.flatten(body, mesh, rim, circle)
     signs = np.sign(area_in_chart(uv, mesh))
     assert (signs == signs[0]).all()
 
@@ -123,8 +121,8 @@ def test_mouth_sheet_follows_the_lips():
     ring, opening = mouth()
     shapes = np.zeros((52, len(ring), 3))
     shapes[7] = opening
-    patch = carriers.mouth_sheet(np.arange(24), ring, np.zeros((1, 24, 3)), shapes, opening)
-    columns, rows = carriers.SHEET_COLUMNS + 1, carriers.SHEET_ROWS + 1
+    patch = proxies.mouth_sheet(np.arange(24), ring, np.zeros((1, 24, 3)), shapes, opening)
+    columns, rows = proxies.SHEET_COLUMNS + 1, proxies.SHEET_ROWS + 1
     grid = patch.mean.reshape(rows, columns, 3)
     assert grid[0, :, 1].min() > -1e-6 and grid[-1, :, 1].max() < 1e-6, "upper lip first"
     assert (np.diff(grid[0, :, 0]) > 0).all(), "from the subject's right to the left"

@@ -15,8 +15,8 @@ from bakery.detectors.network import load
 from bakery.heads.base import HeadModel
 from bakery.heads.file import load_head
 from bakery.runtime.avatar import Avatar
-from bakery.stages.atlas import Atlas, Sight
-from bakery.stages.texture.hair import Cover
+from bakery.stages.atlas import Atlas, Visibility
+from bakery.stages.texture.hair import Mattes
 from bakery.types import Conditions, Generated, Landmarks
 
 
@@ -74,12 +74,17 @@ class RedHair:
     sha256 = ""
 
     def layer(
-        self, linear: np.ndarray, cover: Cover, head: HeadModel, atlas: Atlas, sight: Sight
+        self,
+        linear: np.ndarray,
+        mattes: Mattes,
+        head: HeadModel,
+        atlas: Atlas,
+        visibility: Visibility,
     ) -> np.ndarray:
         """See bakery.hair.base.Hair."""
         from bakery.geometry.sample import bilinear
 
-        alpha = 0.5 * atlas.paint(bilinear(cover.hair, sight.pixels))[..., None]
+        alpha = 0.5 * atlas.paint(bilinear(mattes.hair, visibility.pixels))[..., None]
         return (np.concatenate([alpha, 0 * alpha, 0 * alpha, alpha], -1)).astype(np.float32)
 
 

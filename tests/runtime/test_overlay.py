@@ -72,7 +72,7 @@ def test_several_faces_are_all_drawn(noise_avatar):
 
 
 def test_a_fit_is_drawn_over_its_photo(noise_avatar):
-    """Rings lie on the landmarks as found, dots on the fitted ones, clay on the head alone."""
+    """Rings lie on the landmarks as found, dots on the fitted ones, the shaded preview on the head alone."""
     avatar, face = noise_avatar, face_at(noise_avatar, 1.0, (6.0, 0.0))
     drawn = overlay.draw_fit(plain(avatar, 1.0), face, avatar.fit, avatar.head, avatar.neutral)
     side = overlay.PANEL
@@ -85,9 +85,9 @@ def test_a_fit_is_drawn_over_its_photo(noise_avatar):
     # Found ones lie 6 pixels of the photo to the right; rings have a radius of 4, dots of 2.
     scale = (np.ptp(found) - 8) / np.ptp(face.points[:, 0])
     assert scale > 2 and abs(found.min() + 4 - (fitted.min() + 2) - 6 * scale) < 3
-    clay = np.abs(panels[1].astype(int) - panels[0]).max(-1) > 10
-    assert clay[side // 2, side // 2] and not clay[side // 2, :20].any()
-    assert 0.2 < clay.mean() < 0.8
+    shaded = np.abs(panels[1].astype(int) - panels[0]).max(-1) > 10
+    assert shaded[side // 2, side // 2] and not shaded[side // 2, :20].any()
+    assert 0.2 < shaded.mean() < 0.8
 
 
 def test_a_photo_that_is_cut_has_a_fit_too(noise_avatar):

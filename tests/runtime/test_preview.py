@@ -3,7 +3,7 @@
 import numpy as np
 
 from bakery.geometry.color import to_encoded
-from bakery.runtime import contact_sheet as preview
+from bakery.runtime import contact_sheet
 from bakery.runtime.framing import head_camera
 from bakery.runtime.overlay import caption
 from bakery.runtime.render import draw, over_gray
@@ -13,8 +13,8 @@ STRIP = 5  # rows below a picture with its name
 
 
 def test_pictures_are_those_of_the_reference(noise_avatar):
-    avatar, wanted = noise_avatar, preview.tiles(noise_avatar)
-    sheet = preview.contact_sheet(avatar, size=SIDE, columns=4)
+    avatar, wanted = noise_avatar, contact_sheet.tiles(noise_avatar)
+    sheet = contact_sheet.contact_sheet(avatar, size=SIDE, columns=4)
     assert sheet.shape == (-(-len(wanted) // 4) * SIDE, 4 * SIDE, 3) and sheet.dtype == np.uint8
     for number in (0, 6, 8, 9):  # turned, blinking, looking aside, a key
         expression, gaze, yaw = wanted[number][1]
@@ -31,11 +31,11 @@ def test_pictures_are_those_of_the_reference(noise_avatar):
 
 
 def test_every_picture_says_what_it_shows(noise_avatar):
-    names = [name for name, _ in preview.tiles(noise_avatar)]
+    names = [name for name, _ in contact_sheet.tiles(noise_avatar)]
     assert len(set(names)) == len(names) == 9 + 6
     assert names[1] == "neutral" and names[-1] == "key: f"
-    sheet = preview.contact_sheet(noise_avatar, size=200, columns=5)
-    again = preview.contact_sheet(noise_avatar, size=200, columns=5)
+    sheet = contact_sheet.contact_sheet(noise_avatar, size=200, columns=5)
+    again = contact_sheet.contact_sheet(noise_avatar, size=200, columns=5)
     assert (sheet == again).all()
     for number in range(15):
         top, left = number // 5 * 200, number % 5 * 200

@@ -5,7 +5,7 @@ import pytest
 
 from bakery.geometry.camera import project
 from bakery.geometry.sample import bilinear
-from bakery.stages.atlas import make_atlas, make_view, see
+from bakery.stages.atlas import make_atlas, make_view, visibility_of
 from bakery.stages.texture.proxies import eye_caps, make_carrier
 from bakery.types import Camera
 
@@ -36,16 +36,16 @@ def test_a_picture_of_positions_unwraps_to_the_projection(head, skin):
     """A photo whose colour is its pixel position comes back as the projected surface point."""
     y, x = np.mgrid[:512, :512] + 0.5
     photo = np.stack([x, y, 0 * x], -1).astype(np.float32)
-    sight = see(skin, make_view(head.mean, head, FRONT))
-    seen = sight.weight() > 0.9
+    visibility = visibility_of(skin, make_view(head.mean, head, FRONT))
+    seen = visibility.weight() > 0.9
     assert seen.sum() > 2000
     want = project(skin.at(head.mean)[seen].astype(float), FRONT)
     # Bilinear sampling of a linear ramp is exact; remap's fixed-point weights are 1/32 of a pixel.
-    np.testing.assert_allclose(bilinear(photo, sight.pixels)[seen, :2], want, atol=0.05)
+    np.testing.assert_allclose(bilinear(photo, visibility.pixels)[seen, :2], want, atol=0.05)
 
 
 def test_only_the_near_side_is_seen(head, skin):
-    weight = see(skin, make_view(head.mean, head, FRONT)).weight()
+    weight = visibility_of(skin, make_view(head.mean, head, FRONT)).weight()
     points = skin.at(head.mean)
     behind = points[:, 2] < points[:, 2].min() + 40  # mm: the back of the head
     assert behind.any() and weight[behind].max() == 0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bakery.export.glb import Surface, write_glb
-from bakery.export.lod import SHARES, head_surfaces, simplify
+from bakery.export.lod import RATIOS, head_surfaces, simplify
 from bakery.export.manifest import levels_of_detail
 from bakery.formats.image import encode_image
 from bakery.geometry.mesh import closest_barycentric
@@ -111,7 +111,7 @@ def test_the_coarsest_head_opens_and_shuts_its_eyes(head):
     rest, shut = np.zeros(len(EXPRESSIONS)), np.zeros(len(EXPRESSIONS))
     shut[[EXPRESSIONS.index("eyeBlinkLeft"), EXPRESSIONS.index("eyeBlinkRight")]] = 1
     fine = eyeball_pixels(surfaces, rest)
-    coarse = [simplify(surface, SHARES[-1]) for surface in surfaces]
+    coarse = [simplify(surface, RATIOS[-1]) for surface in surfaces]
     assert sum(len(surface.faces) for surface in coarse) < 2000
     # Straight edges in place of curved lids: a fifth more or less of the eye.
     assert eyeball_pixels(coarse, rest) == pytest.approx(fine, rel=0.2)

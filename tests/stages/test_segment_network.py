@@ -14,7 +14,7 @@ from bakery.detectors import portrait, segmenter
 from bakery.errors import ModelError, UsageProblem
 from bakery.evaluate import segmenting
 from bakery.heads.file import load_head
-from bakery.stages import segment as stage
+from bakery.stages import segment as segments
 from bakery.stages.segment import LABELS, Segmentation, SegmentOptions, network, segment
 from bakery.synth.portraits import PortraitOptions, random_portraits
 from bakery.train.backgrounds import procedural_background
@@ -72,29 +72,29 @@ def test_what_steps_go_by(people):
     """Frames and hats are no skin; brows, ears and what a clear lens shows are."""
     picture, points, _ = people[0]
     result = segment(picture, points)
-    assert result.regions.max() < len(stage.REGIONS)
+    assert result.regions.max() < len(segments.REGIONS)
     for name in ("glasses", "hat"):
         where = result.labels == LABELS.index(name)
         assert where.any() and result.skin[where].max() < 0.5, name
-    assert (result.regions[result.labels == stage.HAT] == stage.CLOTHES).all()
-    assert (result.regions[result.labels == stage.BROWS] == stage.SKIN).all()
-    through = result.regions[result.labels == stage.LENS]
-    assert np.isin(through, (stage.GLASSES, stage.SKIN, stage.EYES)).all()
-    assert (through != stage.GLASSES).mean() > 0.5, "a clear lens hides nothing"
+    assert (result.regions[result.labels == segments.HAT] == segments.CLOTHES).all()
+    assert (result.regions[result.labels == segments.BROWS] == segments.SKIN).all()
+    through = result.regions[result.labels == segments.LENS]
+    assert np.isin(through, (segments.GLASSES, segments.SKIN, segments.EYES)).all()
+    assert (through != segments.GLASSES).mean() > 0.5, "a clear lens hides nothing"
 
 
 def test_shadow_lies_on_skin(people):
     picture, points, _ = people[0]
     result = segment(picture, points)
     assert result.shadow.shape == picture.shape[:2] and result.shadow.dtype == np.float32
-    assert (result.shadow[result.regions != stage.SKIN] == 0).all()
+    assert (result.shadow[result.regions != segments.SKIN] == 0).all()
     assert segment(picture, points, SegmentOptions(method="colours")).shadow is None
 
 
 def test_colours_know_the_regions_alone(people):
     picture, points, _ = people[0]
     result = segment(picture, points, SegmentOptions(method="colours"))
-    assert result.labels.max() < len(stage.REGIONS)
+    assert result.labels.max() < len(segments.REGIONS)
     np.testing.assert_array_equal(result.labels, result.regions)
 
 
@@ -115,8 +115,10 @@ def test_every_class_has_a_label_and_a_region():
     assert [LABELS[k] for k in network.LABEL_OF] == [same.get(n, n) for n in portrait.CLASSES]
     labels = np.arange(len(LABELS), dtype=np.uint8)[None]
     regions = Segmentation(labels, np.zeros(labels.shape, np.float32)).regions
-    assert regions.max() < len(stage.REGIONS)
-    np.testing.assert_array_equal(regions[0, : len(stage.REGIONS)], np.arange(len(stage.REGIONS)))
+    assert regions.max() < len(segments.REGIONS)
+    np.testing.assert_array_equal(
+        regions[0, : len(segments.REGIONS)], np.arange(len(segments.REGIONS))
+    )
 
 
 def test_bits_of_things_are_not_believed():
@@ -152,13 +154,13 @@ def test_missing_and_damaged_weights(tmp_path, monkeypatch, people):
 
 
 def test_keys_know_the_weights_and_the_method(tmp_path, monkeypatch):
-    of_network = stage.made_by(SegmentOptions())
+    of_network = segments.made_by(SegmentOptions())
     assert of_network == hashlib.sha256(portrait.WEIGHTS.read_bytes()).hexdigest()
-    assert stage.made_by(SegmentOptions(method="colours")) == ""
+    assert segments.made_by(SegmentOptions(method="colours")) == ""
     other = tmp_path / "other.safetensors"
     other.write_bytes(b"x")
     monkeypatch.setattr(portrait, "WEIGHTS", other)
-    assert stage.made_by(SegmentOptions()) != of_network
+    assert segments.made_by(SegmentOptions()) != of_network
 
 
 def test_the_card_is_of_these_weights():
@@ -176,6 +178,6 @@ def test_a_method_that_there_is_not():
 def test_glasses_measured_are_glasses(people):
     """What the figures of `evaluate segment` count is what the stage calls glasses."""
     assert [network.LABEL_OF[k] for k in segmenting.GROUPS["glasses"]] == [
-        stage.GLASSES,
-        stage.LENS,
+        segments.GLASSES,
+        segments.LENS,
     ]

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_encoded
 from bakery.geometry.sample import bilinear
-from bakery.stages.texture.hair import Cover
+from bakery.stages.texture.hair import Mattes
 from bakery.stages.texture.neutral import _cut_out
 from bakery.types import Camera, Fit, Photo
 
@@ -27,10 +27,10 @@ def test_the_head_cut_out_of_a_photo(head, resolution):
         np.zeros((468, 3)), marks,
     )  # fmt: skip
     bare = np.ones((1201, 1203), np.float32)
-    image, cover, points, local = _cut_out(
-        photo, Cover(bare, bare, bare, bare), marks, fit, head, head.mean, resolution
+    image, mattes, points, local = _cut_out(
+        photo, Mattes(bare, bare, bare, bare), marks, fit, head, head.mean, resolution
     )
-    assert image.shape[:2] == cover.skin.shape == (local.camera.height, local.camera.width)
+    assert image.shape[:2] == mattes.skin.shape == (local.camera.height, local.camera.width)
     assert local.camera.focal <= camera.focal
     here = cameras.project(head.landmarks(head.mean), local.camera)
     assert_allclose(here, points, atol=1e-6)

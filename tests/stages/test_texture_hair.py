@@ -6,9 +6,9 @@ import pytest
 from bakery.geometry.sample import bilinear
 from bakery.heads.scalp import scalp
 from bakery.landmarks import FACE
-from bakery.stages.atlas import make_atlas, make_view, see
+from bakery.stages.atlas import make_atlas, make_view, visibility_of
 from bakery.stages.segment import BACKGROUND, HAIR, SKIN, Segmentation
-from bakery.stages.texture.hair import Cover, _behind, cover_of, hair_layer
+from bakery.stages.texture.hair import Mattes, _behind, hair_layer, mattes_of
 from bakery.types import Camera
 
 FRONT = Camera(
@@ -37,24 +37,24 @@ def test_skin_keeps_clear_of_hair_and_the_strip_takes_the_rest():
     labels = np.full((40, 60), SKIN, np.uint8)
     labels[:, :10], labels[30:] = HAIR, BACKGROUND
     skin = (labels == SKIN).astype(np.float32)
-    cover = cover_of(photo_of(labels), Segmentation(labels, skin), points_with_eyes())
-    assert cover.skin[20, 10:16].max() == 0
-    assert cover.skin[20, 24:].min() == 1
-    assert (np.diff(cover.skin[20]) >= 0).all()
-    assert (cover.skin + cover.hair + cover.strip)[:24].min() > 0.99, "nothing gapes"
-    assert cover.strip[20, 30:].max() == 0
-    assert cover.strip[30:].max() == 0, "background is not shown as hair"
+    mattes = mattes_of(photo_of(labels), Segmentation(labels, skin), points_with_eyes())
+    assert mattes.skin[20, 10:16].max() == 0
+    assert mattes.skin[20, 24:].min() == 1
+    assert (np.diff(mattes.skin[20]) >= 0).all()
+    assert (mattes.skin + mattes.hair + mattes.strip)[:24].min() > 0.99, "nothing gapes"
+    assert mattes.strip[20, 30:].max() == 0
+    assert mattes.strip[30:].max() == 0, "background is not shown as hair"
 
 
 def test_no_hair_changes_nothing():
     skin = np.random.default_rng(0).random((30, 30)).astype(np.float32)
-    cover = cover_of(
+    mattes = mattes_of(
         np.zeros((30, 30, 3)),
         Segmentation(np.full((30, 30), SKIN, np.uint8), skin),
         points_with_eyes(),
     )
-    np.testing.assert_array_equal(cover.skin, skin)
-    assert cover.hair.max() == 0 and cover.strip.max() == 0
+    np.testing.assert_array_equal(mattes.skin, skin)
+    assert mattes.hair.max() == 0 and mattes.strip.max() == 0
 
 
 def test_scalp_leaves_face_and_ears_bare_and_is_even(head):
@@ -79,7 +79,7 @@ def test_scalp_leaves_face_and_ears_bare_and_is_even(head):
 @pytest.fixture(scope="module")
 def seen(head):
     atlas = make_atlas(head, 256).take("skin")
-    return atlas, see(atlas, make_view(head.mean, head, FRONT))
+    return atlas, visibility_of(atlas, make_view(head.mean, head, FRONT))
 
 
 def photo_with_hair_above(row):
@@ -87,13 +87,13 @@ def photo_with_hair_above(row):
     above = (np.arange(512)[:, None] < row) * np.ones((1, 512), bool)
     linear = np.where(above[..., None], BROWN, np.float32(0.5))
     hair = above.astype(np.float32)
-    return linear.astype(np.float32), Cover(1 - hair, hair, 0 * hair, 0 * hair)
+    return linear.astype(np.float32), Mattes(1 - hair, hair, 0 * hair, 0 * hair)
 
 
 def test_hair_goes_on_around_the_head(head, seen):
     """Hair down to the brows: the back of the head is as brown as the front, the face bare."""
-    atlas, sight = seen
-    layer = hair_layer(*photo_with_hair_above(200), head, atlas, sight)
+    atlas, visibility = seen
+    layer = hair_layer(*photo_with_hair_above(200), head, atlas, visibility)
     points = atlas.at(head.mean)
     texel = layer.reshape(-1, 4)[atlas.index]
     back = (points[:, 2] < points[:, 2].min() + 30) & (points[:, 1] > points[:, 1].max() - 90)
@@ -112,14 +112,14 @@ def test_a_bald_head_stays_bald(head, seen):
 
 def test_a_fringe_is_shown_as_it_was_photographed(head, seen):
     """Where the camera looked straight at hair, its own pixels stand."""
-    atlas, sight = seen
-    linear, cover = photo_with_hair_above(190)
+    atlas, visibility = seen
+    linear, mattes = photo_with_hair_above(190)
     noisy = linear * np.random.default_rng(0).uniform(0.7, 1, (512, 512, 1)).astype(np.float32)
-    layer = hair_layer(noisy, cover, head, atlas, sight).reshape(-1, 4)[atlas.index]
-    straight = (sight.weight() > 0.95) & (sight.pixels[:, 1] < 180)
+    layer = hair_layer(noisy, mattes, head, atlas, visibility).reshape(-1, 4)[atlas.index]
+    straight = (visibility.weight() > 0.95) & (visibility.pixels[:, 1] < 180)
     assert straight.sum() > 200
     np.testing.assert_allclose(
-        layer[straight][:, :3], bilinear(noisy, sight.pixels)[straight], atol=0.01
+        layer[straight][:, :3], bilinear(noisy, visibility.pixels)[straight], atol=0.01
     )
 
 
@@ -128,11 +128,11 @@ def test_specks_of_background_in_a_fringe_belong_to_it():
     labels = np.full((60, 60), HAIR, np.uint8)
     labels[20:22, 20:22] = BACKGROUND
     labels[45:] = BACKGROUND
-    cover = cover_of(
+    mattes = mattes_of(
         photo_of(labels), Segmentation(labels, np.zeros((60, 60), np.float32)), points_with_eyes()
     )
-    assert (cover.hair + cover.strip)[10:30].min() == 1
-    assert cover.hair[44].max() < 0.1, "but hair at the edge of the background has its light"
+    assert (mattes.hair + mattes.strip)[10:30].min() == 1
+    assert mattes.hair[44].max() < 0.1, "but hair at the edge of the background has its light"
 
 
 def test_background_between_strands_is_not_hair():
@@ -141,11 +141,11 @@ def test_background_between_strands_is_not_hair():
     labels[:20] = BACKGROUND
     photo = photo_of(labels)
     photo[28:32, 20:24] = photo[70:74, 20:24] = 0.9
-    cover = cover_of(
+    mattes = mattes_of(
         photo, Segmentation(labels, np.zeros((80, 60), np.float32)), points_with_eyes()
     )
-    assert cover.hair[28:32, 20:24].max() == 0 and cover.hair[30, 40] == 1
-    assert cover.hair[70:74, 20:24].min() == 1
+    assert mattes.hair[28:32, 20:24].max() == 0 and mattes.hair[30, 40] == 1
+    assert mattes.hair[70:74, 20:24].min() == 1
 
 
 def test_a_patch_at_the_rim_alone_lies_behind():

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bakery.bake.fitting import fit_portrait as place_head
+from bakery.bake.fitting import fit_portrait
 from bakery.formats.image import read_photo
 from bakery.plugins import plug_in
 from bakery.stages.assess import assess
@@ -24,7 +24,7 @@ def examine(head):
 
     def run(photo):
         face = detect_faces(photo.encoded, detector)[0]
-        fit, segmentation = place_head("painted", photo, face, head)
+        fit, segmentation = fit_portrait("painted", photo, face, head)
         return [found.code for found in assess(photo, face, fit, segmentation)], segmentation
 
     return run

@@ -11,7 +11,7 @@ S = 32
 
 
 def made_up(subject, k):
-    """A pair of smooth pictures and random planes; the photo belongs to the subject."""
+    """A pair of smooth pictures and random channels; the photo belongs to the subject."""
     rng = np.random.default_rng([subject, k])
     ramp = np.linspace(0, 200, S).astype(np.uint8)
     own = np.full((S, S, 3), 40 + 50 * subject, np.uint8)

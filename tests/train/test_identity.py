@@ -14,7 +14,7 @@ from bakery.evaluate.metrics import face_crop, hull_mask, warp_pixels
 from bakery.formats.image import read_photo
 from bakery.generators.identity import IdentityNet, features_of, load_features, verify
 from bakery.synth.pairs import PaintedPair, write_shard
-from bakery.train import identity as training
+from bakery.train import identity
 
 S = 64
 SAMPLES = Path(__file__).resolve().parents[2] / "samples"
@@ -66,16 +66,16 @@ def shards(tmp_path_factory):
 def test_training_learns_and_goes_on(shards, tmp_path):
     torch.manual_seed(0)
     torch.set_num_threads(1)  # threads that wait for each other take minutes on a busy machine
-    options = training.IdentityOptions(steps=30, batch=12)
-    people = training.People([shards])
+    options = identity.IdentityOptions(steps=30, batch=12)
+    people = identity.People([shards])
     assert len(people.rows) == 21 and len(people.held) == 3
-    before = training.held_out(IdentityNet(), people)
-    first = list(training.train(tmp_path / "run", people, options))
+    before = identity.held_out(IdentityNet(), people)
+    first = list(identity.train(tmp_path / "run", people, options))
     assert first[-1]["step"] == 30
     assert first[-1]["auc"] > max(0.9, before["auc"] - 0.05)
-    again = list(training.train(tmp_path / "run", people, replace(options, steps=32)))
+    again = list(identity.train(tmp_path / "run", people, replace(options, steps=32)))
     assert [row["step"] for row in again] == [32]
-    figures = training.export(tmp_path / "run", tmp_path / "identity.safetensors")
+    figures = identity.export(tmp_path / "run", tmp_path / "identity.safetensors")
     assert figures["step"] == 32 and figures["bytes"] < 16e6
     network = load_features(tmp_path / "identity.safetensors")
     features = features_of(network, people.pictures[:4])
@@ -88,7 +88,7 @@ def test_training_learns_and_goes_on(shards, tmp_path):
 def test_too_few_people_is_an_error(tmp_path):
     write_shard(tmp_path / "pairs-00000.safetensors", [stranger(0, 0)])
     with pytest.raises(InputError, match="at least 16 are needed"):
-        training.People([tmp_path])
+        identity.People([tmp_path])
 
 
 def test_bad_weights_are_an_error(tmp_path):

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from bakery.errors import InputError
 from bakery.formats.record import read_faces
-from bakery.generators.planes import NONE
+from bakery.generators.channels import NONE
 from bakery.heads.base import PARTS
 from bakery.synth.pairs import Shard
 from bakery.train import folders, real_pairs

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from bakery.train import relief as r
+from bakery.train import relief
 
 
 def face_points(size=120.0):
@@ -21,11 +21,11 @@ def face_points(size=120.0):
 def dome():
     y, x = np.mgrid[:120, :120]
     image = np.stack([x, y, 0 * x], -1).astype(np.uint8) * 2
-    return r.make_relief(image, np.full((120, 120), 255, np.uint8), face_points())
+    return relief.make_relief(image, np.full((120, 120), 255, np.uint8), face_points())
 
 
 def test_unmoved_relief_is_the_photo(dome):
-    image, mask, inside = r.render(dome, dome.vertices, 120, 120, 1.0)
+    image, mask, inside = relief.render(dome, dome.vertices, 120, 120, 1.0)
     assert inside.mean() > 0.99
     assert_allclose(image[5:-5, 5:-5], dome.images[0][5:-5, 5:-5], atol=1)
     assert_allclose(mask[5:-5, 5:-5], 1)
@@ -33,33 +33,33 @@ def test_unmoved_relief_is_the_photo(dome):
 
 def test_points_carry_their_colour(dome):
     """The picture says its own place, so at a moved point it must say where the point was."""
-    vertices = r.reshape(dome, dome.points + (7, -4, 0))
-    image, _, _ = r.render(dome, vertices, 120, 120, 1.0)
+    vertices = relief.reshape(dome, dome.points + (7, -4, 0))
+    image, _, _ = relief.render(dome, vertices, 120, 120, 1.0)
     at = (vertices[:478, :2] - 0.5).round().astype(int)
     told = image[at[:, 1], at[:, 0], :2] / 2 + 0.5
     assert np.abs(told - dome.points[:, :2]).max() < 1.5  # half a pixel each way and rounding
 
 
 def test_reshape_drags_the_surroundings(dome):
-    moved = r.reshape(dome, dome.points + (7, -4, 2)) - dome.vertices
+    moved = relief.reshape(dome, dome.points + (7, -4, 2)) - dome.vertices
     assert_allclose(moved, np.broadcast_to((7, -4, 2), moved.shape), atol=1e-3)
 
 
 def test_pose_without_a_turn_only_scales(dome):
-    posed = r.pose(dome.vertices, dome.center, dome.size, 0, 0, 0)
+    posed = relief.pose(dome.vertices, dome.center, dome.size, 0, 0, 0)
     assert_allclose(posed[:, :2] * dome.size + dome.center, dome.vertices[:, :2], atol=1e-3)
 
 
 def test_turned_head_moves_the_near_points_more(dome):
     """Turning about the middle of the head by yaw moves a point by depth * sin(yaw)."""
-    posed = r.pose(dome.vertices, dome.center, dome.size, 0.2, 0, 0)
-    flat = r.pose(dome.vertices, dome.center, dome.size, 0, 0, 0)
+    posed = relief.pose(dome.vertices, dome.center, dome.size, 0.2, 0, 0)
+    flat = relief.pose(dome.vertices, dome.center, dome.size, 0, 0, 0)
     assert_allclose(posed[:, 0], flat[:, 0] * np.cos(0.2) + flat[:, 2] * np.sin(0.2), atol=1e-6)
 
 
 def test_nearness_enlarges_what_is_near(dome):
-    flat = r.pose(dome.vertices, dome.center, dome.size, 0, 0, 0)
-    near = r.pose(dome.vertices, dome.center, dome.size, 0, 0, 0.5)
+    flat = relief.pose(dome.vertices, dome.center, dome.size, 0, 0, 0)
+    near = relief.pose(dome.vertices, dome.center, dome.size, 0, 0, 0.5)
     assert_allclose(near[:, :2], flat[:, :2] / (1 + 0.5 * (flat[:, 2:] + 0.3)), rtol=1e-5)
 
 
@@ -68,7 +68,7 @@ def test_triangles_cover_a_square_once():
     rim = np.linspace(0, 10, 6)
     sides = [[(t, 0), (10, t), (10 - t, 10), (0, 10 - t)] for t in rim[:-1]]
     points = np.concatenate([inner, np.reshape(sides, (-1, 2))]).astype(np.float32)
-    corners = points[r.triangulate(points)]
+    corners = points[relief.triangulate(points)]
     edges = corners[:, 1:] - corners[:, :1]
     areas = np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]) / 2
     assert_allclose(areas.sum(), 100, rtol=1e-4)

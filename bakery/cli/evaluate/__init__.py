@@ -100,13 +100,13 @@ def scan(folder, heads, pictures, overwrite):
     options.may_fill(pictures, overwrite)
     import numpy as np
 
-    from bakery.evaluate import scan as measures
+    from bakery.evaluate import scan as scans
     from bakery.heads.file import load_head
 
-    truth = measures.read_scan(folder)
+    truth = scans.read_scan(folder)
     for head in heads:
         rows = []
-        for row in measures.measure(truth, load_head(head), pictures=pictures):
+        for row in scans.measure(truth, load_head(head), pictures=pictures):
             _line(row)
             rows.append(row["median_mm"])
         _line({"head": head, "median_mm": round(float(np.mean(rows)), 3)})
@@ -150,14 +150,14 @@ def avatar(portraits, head, generator, preset, settings, mouths, pictures, only,
 )
 def identity(portraits, head, features):
     """Tell people by their identity features: neutral against smiling of london/val of PORTRAITS."""
-    from bakery.evaluate import identity as measuring
+    from bakery.evaluate import identity as identities
     from bakery.evaluate import report
     from bakery.generators.identity import WEIGHTS, load_features
     from bakery.heads.file import load_head
 
     network = load_features(features or WEIGHTS)
-    seen = list(measuring.faces(report.pairs(portraits), load_head(head)))
-    _line(measuring.measure(network, seen))
+    seen = list(identities.faces(report.pairs(portraits), load_head(head)))
+    _line(identities.measure(network, seen))
 
 
 @evaluate.command(cls=options.Command)
@@ -173,16 +173,16 @@ def failures(names, output, folder, preset, settings, head, overwrite):
     \b
     bakery evaluate failures --preset small --folder runs/failures -o docs/failures.jpg
     """
-    from bakery.evaluate import failures as cases
+    from bakery.evaluate import failures
     from bakery.formats.image import write_image
     from bakery.heads.file import load_head
 
     options.may_write(output, overwrite, endings=options.PICTURES)
     options.may_fill(folder, overwrite)
     chosen = options.build_options(preset, settings)
-    found = list(cases.outcomes(load_head(head), folder, chosen, names or None))
-    write_image(output, cases.sheet(found), 90)
-    click.echo(cases.table(found))
+    found = list(failures.outcomes(load_head(head), folder, chosen, names or None))
+    write_image(output, failures.sheet(found), 90)
+    click.echo(failures.table(found))
     options.wrote(output)
 
 

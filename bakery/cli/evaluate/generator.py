@@ -43,7 +43,7 @@ def _networks(weights):
 def generator(portraits, head, weights, pictures, only, take, overwrite):
     """Smiles painted from neutral photos: network, rendered, and simple baselines."""
     options.may_fill(pictures, overwrite)
-    from bakery.evaluate import generator as measures
+    from bakery.evaluate import generator as generators
     from bakery.generators.identity import load_features
     from bakery.heads.file import load_head
     from bakery.plugins import plug_in
@@ -51,15 +51,15 @@ def generator(portraits, head, weights, pictures, only, take, overwrite):
     networks, model = _networks(weights), load_head(head)
     painters = networks | {"rendered": plug_in("generators", "rendered")}
     results = []
-    for result in measures.everybody(portraits, model, painters, pictures, only):
+    for result in generators.everybody(portraits, model, painters, pictures, only):
         scores = {way: vars(score) for way, score in result.scores.items()}
         _line({"name": result.name, "teeth": result.teeth, **scores})
         results.append(result)
     if results:
-        _line(measures.summary(results))
-        _line({"identity": measures.identity(results, load_features())})
+        _line(generators.summary(results))
+        _line({"identity": generators.identity(results, load_features())})
     if take:
-        _line({"flicker": measures.flicker(portraits, model, take, painters, only)})
+        _line({"flicker": generators.flicker(portraits, model, take, painters, only)})
 
 
 @click.command(cls=options.Command)

@@ -40,15 +40,15 @@ def talk(clips, detector, head):
     CLIPS is a folder with dense478.npz, the reference points of every frame of the clips that it
     names.
     """
-    from bakery.evaluate.detection import talk as talking
+    from bakery.evaluate.detection import talk
     from bakery.heads.file import load_head
     from bakery.plugins import plug_in
 
     finder, model, rows = plug_in("detectors", detector), load_head(head), []
-    for path, reference in talking.clips(clips):
-        rows.append(talking.measure(path, reference, finder, model))
+    for path, reference in talk.clips(clips):
+        rows.append(talk.measure(path, reference, finder, model))
         click.echo(json.dumps(rows[-1]))
-    click.echo(json.dumps(talking.summary(rows)))
+    click.echo(json.dumps(talk.summary(rows)))
 
 
 @click.command(cls=options.Command)
@@ -64,10 +64,12 @@ def animate(bundle, curves, base, size, frames, view, kind):
     from bakery.evaluate import playing
     from bakery.export.open import open_avatar
     from bakery.formats.livelink import read_take
-    from bakery.motion.animate import Show, parse_frames
-    from bakery.show import frame as scenes
+    from bakery.motion.animate import RenderSettings, parse_frames
+    from bakery.show import frame
 
     first, last = parse_frames(frames)
-    show = Show(view=scenes.parse(view=view)["view"], size=size, first=first, last=last)
-    result = playing.measure(open_avatar(bundle), read_take(curves, base), show, kind)
+    settings = RenderSettings(
+        view=frame.parse(view=view)["view"], size=size, first=first, last=last
+    )
+    result = playing.measure(open_avatar(bundle), read_take(curves, base), settings, kind)
     click.echo(json.dumps(vars(result)))

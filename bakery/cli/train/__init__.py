@@ -114,7 +114,7 @@ def pagan(run, pairs, steps, features, settings):
 
     It computes on a GPU when there is one. A run that was stopped goes on from its checkpoint.
     """
-    from bakery.train import pagan as training
+    from bakery.train import pagan
 
     options.may_go_on(run, marks=["options.json"])
     chosen = options.options_of("pagan", settings, steps=steps)
@@ -123,7 +123,7 @@ def pagan(run, pairs, steps, features, settings):
         from bakery.generators.identity import load_features
 
         network = load_features(features)
-    for figures in training.train(run, pairs, chosen, network):
+    for figures in pagan.train(run, pairs, chosen, network):
         click.echo(json.dumps(figures))
 
 

@@ -53,11 +53,11 @@ def detector(network, bank, run, device, head, settings):
     bakery train detector points --bank runs/bank --run runs/points --set minutes=600
     """
     from bakery.heads.file import load_head
-    from bakery.train import detector as training
+    from bakery.train import detector as detectors
 
     options.may_go_on(run, marks=["options.json"])
     chosen = options.options_of("detector", settings, network=network)
-    for figures in training.train(run, bank, load_head(head), chosen, device):
+    for figures in detectors.train(run, bank, load_head(head), chosen, device):
         click.echo(json.dumps(figures))
 
 

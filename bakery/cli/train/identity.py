@@ -23,12 +23,12 @@ def identity(pairs, photos, run, output, settings, overwrite):
     \b
     bakery train identity --pairs runs/pairs --run runs/identity -o identity.safetensors
     """
-    from bakery.train import identity as training
+    from bakery.train import identity
 
     options.may_write(output, overwrite)
     options.may_go_on(run, marks=["options.json"])
     chosen = options.options_of("identity", settings)
-    for figures in training.train(run, training.People(pairs, photos), chosen):
+    for figures in identity.train(run, identity.People(pairs, photos), chosen):
         click.echo(json.dumps(figures))
-    click.echo(json.dumps(training.export(run, output)))
+    click.echo(json.dumps(identity.export(run, output)))
     options.wrote(output)

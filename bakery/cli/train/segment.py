@@ -50,12 +50,12 @@ def segment(bank, real, run, device, minutes, teacher, settings):
     bakery train segment --bank runs/portraits --real runs/real.npz --run runs/segment \\
         --device cuda --minutes 9
     """
-    from bakery.train import segment as training
+    from bakery.train import segment
 
     options.may_go_on(run, marks=["options.json"])
     chosen = options.options_of("segment-network", settings)
-    data = training.Sources(bank, real, teacher)
-    for figures in training.train(run, data, chosen, device, minutes):
+    data = segment.Sources(bank, real, teacher)
+    for figures in segment.train(run, data, chosen, device, minutes):
         click.echo(json.dumps(figures))
 
 

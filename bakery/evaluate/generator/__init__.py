@@ -18,8 +18,8 @@ from bakery.evaluate.metrics import face_crop, piecewise_affine, psnr, warp_pixe
 from bakery.evaluate.report import pairs
 from bakery.formats.image import read_photo, write_image
 from bakery.formats.livelink import read_take
+from bakery.generators.channels import NONE
 from bakery.generators.identity import features_of
-from bakery.generators.planes import NONE
 from bakery.generators.shade import is_part
 from bakery.generators.steady import SteadyGenerator
 from bakery.geometry.color import to_encoded

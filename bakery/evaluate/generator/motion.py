@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from bakery.generators.channels import condition_channels
 from bakery.generators.interior import interior_shade
-from bakery.generators.planes import planes
 from bakery.generators.steady import followed
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_encoded
@@ -67,9 +67,9 @@ def _frames(fitted, take, generator, first, count):
 
 def _first_shade(head, conditions):
     """The factor [H, W, 1] on eyes and mouth that a network's deformed neutral comes with."""
-    layers = planes(head, conditions)
+    channels = condition_channels(head, conditions)
     per_mm = cameras.pixels_per_mm(conditions.camera)
-    return interior_shade(layers, per_mm)[..., None]
+    return interior_shade(channels, per_mm)[..., None]
 
 
 def _changes(head, here, other):

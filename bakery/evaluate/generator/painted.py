@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 
 from bakery.evaluate.metrics import mse, psnr, ssim
+from bakery.generators.channels import NONE
 from bakery.generators.interior import FRAME_SCALE, interior_shade
 from bakery.generators.pagan import NOMINAL
-from bakery.generators.planes import NONE
-from bakery.generators.unet import input_layers
+from bakery.generators.unet import input_channels
 from bakery.geometry.color import to_encoded, to_linear
 from bakery.geometry.fill import smoothstep
 from bakery.parallel import side_by_side
@@ -77,11 +77,11 @@ def _pictures(pair, networks):
     yield "deformed", pair.deformed / np.float32(255)
     side = pair.part.shape[0]
     shade = interior_shade(pair, FRAME_SCALE * side)
-    hints = {"strain": pair.strain, "folds": pair.folds}
-    layers = input_layers(pair, pair.photo, shade, hints)
-    base = to_linear(layers["deformed"] / np.float32(255))
+    expressed = {"strain": pair.strain, "folds": pair.folds}
+    channels = input_channels(pair, pair.photo, shade, expressed)
+    base = to_linear(channels["deformed"] / np.float32(255))
     for name, network in networks.items():
-        change = network.paint_scaled(layers, FRAME_SCALE * side / NOMINAL)
+        change = network.paint_scaled(channels, FRAME_SCALE * side / NOMINAL)
         alpha = change[..., 6:]
         made = base * np.exp(change[..., :3]) * (1 - alpha) + change[..., 3:6] * alpha
         yield name, to_encoded(np.clip(made, 0, 1))

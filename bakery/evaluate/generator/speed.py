@@ -59,9 +59,9 @@ def _noted(name, given):
         return
     paint = generator.paint
 
-    def noting(layers):
-        given.append(layers["deformed"].shape[:2])
-        return paint(layers)
+    def noting(channels):
+        given.append(channels["deformed"].shape[:2])
+        return paint(channels)
 
     generator.paint = noting
     try:
@@ -85,10 +85,10 @@ def measure(generator: PaganGenerator, textures, pictures):
     """
     out, spent = {}, 0.0
     for size, count in pictures.items():
-        layers = {plane: np.full((*size, n), 100, np.uint8) for plane, n in INPUTS.items()}
-        generator.paint(layers)
+        channels = {name: np.full((*size, n), 100, np.uint8) for name, n in INPUTS.items()}
+        generator.paint(channels)
         start, before = time.perf_counter(), time.process_time()
-        for _ in side_by_side(lambda _, layers=layers: generator.paint(layers), range(count)):
+        for _ in side_by_side(lambda _, channels=channels: generator.paint(channels), range(count)):
             pass
         name = f"{count} of {size[1]}x{size[0]}"
         out[name] = round(time.perf_counter() - start, 3)

@@ -38,19 +38,19 @@ def web_pictures(textures, masks, paintable, photo, options):
         files: path in the bundle -> bytes; and the manifest's table: name -> grid of pictures.
     """
     made = _Pictures(options.quality)
-    side = min(options.side, textures.neutral.shape[0])
+    resolution = min(options.side, textures.neutral.shape[0])
     faces = {"neutral": textures.neutral} | dict(zip(textures.key_names, textures.keys))
     for name, texture in faces.items():
-        made.add(name, small_picture(texture, side), ".webp")
-    share = side / textures.neutral.shape[0]
-    made.grid("gaze", _encoded(textures.gaze, share), _numbered("gaze", textures.gaze, 2), ".webp")
+        made.add(name, small_picture(texture, resolution), ".webp")
+    ratio = resolution / textures.neutral.shape[0]
+    made.grid("gaze", _encoded(textures.gaze, ratio), _numbered("gaze", textures.gaze, 2), ".webp")
     made.grid(
-        "mouths", _encoded(textures.mouths, share), _numbered("mouth", textures.mouths, 3), ".webp"
+        "mouths", _encoded(textures.mouths, ratio), _numbered("mouth", textures.mouths, 3), ".webp"
     )
     made.grid("masks", [_shrink(mask, MASK_SIDE) for mask in masks], EXPRESSIONS, ".png")
-    made.add("coverage", _coverage(textures, paintable, min(side, DATA_SIDE)), ".png")
+    made.add("coverage", _coverage(textures, paintable, min(resolution, DATA_SIDE)), ".png")
     if np.any(textures.hair):
-        made.add("hair", straight_alpha(_shrink(np.float32(textures.hair), side)), ".webp")
+        made.add("hair", straight_alpha(_shrink(np.float32(textures.hair), resolution)), ".webp")
     if photo is not None:
         made.add("photo", _within(photo, options.photo), ".webp")
     return made.files, made.table
@@ -87,9 +87,9 @@ def _numbered(word, pictures, digits):
     return [f"{word}{index:0{digits}d}" for index in range(len(pictures))]
 
 
-def small_picture(texture, side):
-    """A linear texture [T, T, 3] as an sRGB-encoded picture of at most `side` texels."""
-    return to_encoded(_shrink(np.asarray(texture, np.float32), side))
+def small_picture(texture, resolution):
+    """A linear texture [T, T, 3] as an sRGB-encoded picture of at most `resolution` texels a side."""
+    return to_encoded(_shrink(np.asarray(texture, np.float32), resolution))
 
 
 def straight_alpha(layer):
@@ -107,17 +107,17 @@ def card_picture(layer):
 
     glTF's validator, and old graphics cards, want those of a texture with mipmaps.
     """
-    size = [1 << int(np.ceil(np.log2(side))) for side in layer.shape[1::-1]]
+    size = [1 << int(np.ceil(np.log2(length))) for length in layer.shape[1::-1]]
     return straight_alpha(cv2.resize(np.float32(layer), size, interpolation=cv2.INTER_LINEAR))
 
 
-def _coverage(textures, paintable, side):
+def _coverage(textures, paintable, resolution):
     """Red: where the photo is known; green: the kind of source; blue: how squarely it was seen."""
     size = textures.source.shape[0]
-    pick = (np.arange(side) * size // side) + size // side // 2
+    pick = (np.arange(resolution) * size // resolution) + size // resolution // 2
     source = textures.source[np.ix_(pick, pick)] * SOURCE_STEP
     smooth = [
-        _shrink(np.asarray(plane, np.float32), side) for plane in (paintable, textures.facing)
+        _shrink(np.asarray(plane, np.float32), resolution) for plane in (paintable, textures.facing)
     ]
     return np.dstack([_bytes(smooth[0]), source.astype(np.uint8), _bytes(smooth[1])])
 
@@ -126,10 +126,10 @@ def _bytes(plane):
     return (np.clip(plane, 0, 1) * 255 + 0.5).astype(np.uint8)
 
 
-def _shrink(picture, side):
-    if picture.shape[0] <= side:
+def _shrink(picture, resolution):
+    if picture.shape[0] <= resolution:
         return np.asarray(picture, np.float32)
-    return cv2.resize(picture, (side, side), interpolation=cv2.INTER_AREA)
+    return cv2.resize(picture, (resolution, resolution), interpolation=cv2.INTER_AREA)
 
 
 def _within(photo, longest):
@@ -141,12 +141,12 @@ def _within(photo, longest):
     return cv2.resize(photo, size, interpolation=cv2.INTER_AREA)
 
 
-def _encoded(pictures, share):
-    """Linear pictures [n, h, w, 3] at a share of their size, sRGB-encoded."""
+def _encoded(pictures, ratio):
+    """Linear pictures [n, h, w, 3] at `ratio` of their size, sRGB-encoded."""
     pictures = [np.asarray(picture, np.float32) for picture in pictures]
-    if share != 1:
+    if ratio != 1:
         pictures = [
-            cv2.resize(picture, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
+            cv2.resize(picture, None, fx=ratio, fy=ratio, interpolation=cv2.INTER_AREA)
             for picture in pictures
         ]
     return [to_encoded(picture) for picture in pictures]

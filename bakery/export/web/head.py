@@ -18,16 +18,16 @@ PIECES = {  # name of the material -> parts; the carriers, then what lies behind
     "tongue": ("tongue",),
     **{name: (name,) for name in CARDS[::-1]},  # the tear line, then the lashes before it
 }
-FRAME = (512, 0.6)  # pixels of the front view's side, and the share of it that the face takes
+FRAME = (512, 0.6)  # pixels of the front view's side, and the ratio of it that the face takes
 
 
-def surfaces(head, neutral, share=1.0):
+def surfaces(head, neutral, ratio=1.0):
     """The pieces of the head that a browser shows.
 
     Args:
         head: HeadModel.
         neutral: [V, 3] mm.
-        share: of the skin's triangles; the rest is small and stays.
+        ratio: of the skin's triangles; the rest is small and stays.
 
     Returns:
         list of glb.Surface.
@@ -35,7 +35,7 @@ def surfaces(head, neutral, share=1.0):
     neutral = np.asarray(neutral, np.float32)
     shapes = shape_displacements(head, neutral)
     made = [cut_surface(head, neutral, shapes, name, parts) for name, parts in PIECES.items()]
-    return [simplify(piece, share) if piece.name == "skin" else piece for piece in made if piece]
+    return [simplify(piece, ratio) if piece.name == "skin" else piece for piece in made if piece]
 
 
 def facts(head, neutral, fit):
@@ -54,12 +54,12 @@ def facts(head, neutral, fit):
         mouth_landmarks(head, neutral, head.vertices(neutral, one, (0.0, 0.0))) - rest
         for one in np.eye(len(EXPRESSIONS), dtype=np.float32)
     ]
-    size, share = FRAME
+    size, ratio = FRAME
     points = head.landmarks(neutral)[:468]
     return {
         "uv": {name: [round(x, 6) for x in box] for name, box in head.uv_rectangles.items()},
         "photo_camera": camera_to_table(fit.camera),
-        "front_camera": camera_to_table(face_camera(fit, head, neutral, 0, 0, size, share)),
+        "front_camera": camera_to_table(face_camera(fit, head, neutral, 0, 0, size, ratio)),
         "pivot": numbers(np.array([0.0, *points[:, 1:].mean(0)]), 4),
         "eyes": {
             "centers": numbers(head.eye_centers(neutral), 4),

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bakery.geometry.mesh import boundary_loops
-from bakery.heads.build import flatten as atlas
+from bakery.heads.build import flatten
 from bakery.heads.build.control import mirror_of
 
 
@@ -45,18 +45,18 @@ def skin_chart(mean, faces):
     if points[first_half, 0].mean() < 0:
         rim = rim[::-1]
     # The subject's left is on the right of the chart, as in a portrait: it keeps the old vertices.
-    box = np.array([1024 * atlas.SKIN_BOX[2], 1024 * atlas.SKIN_BOX[3]])
-    rim, rim_uv = atlas.rectangle_rim(points, rim, crown, nape, front, box)
+    box = np.array([1024 * flatten.SKIN_BOX[2], 1024 * flatten.SKIN_BOX[3]])
+    rim, rim_uv = flatten.rectangle_rim(points, rim, crown, nape, front, box)
     compact, uv_small = np.unique(uv_faces, return_inverse=True)
     uv_small = uv_small.reshape(-1, 3)
     number = np.full(len(points), -1)
     number[compact] = np.arange(len(compact))
-    body, mesh = atlas.fill_holes(points[compact], uv_small, number[rim])
+    body, mesh = flatten.fill_holes(points[compact], uv_small, number[rim])
     density = face_density(body)
-    uv = atlas.flatten(body, mesh, number[rim], rim_uv * box, density)
+    uv = flatten.flatten(body, mesh, number[rim], rim_uv * box, density)
     held = np.zeros((len(body), 2), bool)
     held[number[rim]] = (rim_uv == 0) | (rim_uv == 1)
-    uv = atlas.relax(body, mesh, uv, held, density, len(mesh) - len(uv_small))[: len(compact)]
+    uv = flatten.relax(body, mesh, uv, held, density, len(mesh) - len(uv_small))[: len(compact)]
     uv /= box
     copies = {w: v for v, w in copy.items()}
     source = np.array([copies.get(int(v), int(v)) for v in compact])
@@ -90,7 +90,7 @@ def chart_of_disc(points, faces):
     step = np.linalg.norm(points[used][np.roll(rim, -1)] - points[used][rim], axis=1)
     turn = np.concatenate([[0], np.cumsum(step)[:-1]]) / step.sum() * 2 * np.pi
     circle = np.stack([np.cos(turn), np.sin(turn)], -1)
-    uv = atlas.flatten(points[used], small, rim, circle, rounds=6)
+    uv = flatten.flatten(points[used], small, rim, circle, rounds=6)
     area = uv[small]
     d1, d2 = area[:, 1] - area[:, 0], area[:, 2] - area[:, 0]
     if (d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]).sum() > 0:

@@ -6,7 +6,7 @@ import numpy as np
 
 from bakery.geometry.mesh import boundary_loops
 from bakery.heads.base import CARRIERS, PARTS
-from bakery.heads.build import flatten as atlas
+from bakery.heads.build import flatten
 from bakery.heads.build.charts import chart_of_disc, skin_chart
 from bakery.heads.build.control import (
     close_lips,
@@ -77,13 +77,13 @@ def flesh(raw):
 
     mean = carry(raw.mean)
     uvs, uv_faces, offset = [], np.zeros_like(faces), 0
-    charts = [("skin", name == "skin", atlas.SKIN_BOX, skin_chart)]
+    charts = [("skin", name == "skin", flatten.SKIN_BOX, skin_chart)]
     charts.append(
-        ("mouth_cavity", name == "mouth_cavity", atlas.BOXES["mouth_cavity"], chart_of_disc)
+        ("mouth_cavity", name == "mouth_cavity", flatten.BOXES["mouth_cavity"], chart_of_disc)
     )
     side = mean[faces].mean(1)[:, 0] > 0
     for label, on in (("socket_left", side), ("socket_right", ~side)):
-        charts.append((label, (name == "eye_socket") & on, atlas.BOXES[label], chart_of_disc))
+        charts.append((label, (name == "eye_socket") & on, flatten.BOXES[label], chart_of_disc))
     for _, on, box, chart in charts:
         uv, small = chart(mean, faces[on])
         uvs.append(place(uv, box))
@@ -116,7 +116,7 @@ def piece(raw, name, follow, box):
         parts=part_ids(name, len(faces)),
         mean=raw.mean[used],
         faces=faces,
-        uv=place(atlas.fit_box(raw.uv[uv_used]), box),
+        uv=place(flatten.fit_box(raw.uv[uv_used]), box),
         uv_faces=triangles_of(uv_small.reshape(-1, 4)),
         follow=follow_ids(follow, len(used)),
         identity=raw.sliders[:, used],
@@ -224,7 +224,7 @@ def prepare(raw, known):
     return learned_smile(raw, known["smile"]) if "smile" in known else raw
 
 
-def build(raw, boxes=atlas.BOXES, known=None):
+def build(raw, boxes=flatten.BOXES, known=None):
     """The built-in head model.
 
     Args:

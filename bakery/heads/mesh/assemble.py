@@ -7,7 +7,7 @@ import numpy as np
 
 from bakery.errors import InputError, ModelError
 from bakery.heads.base import CARRIERS
-from bakery.heads.build import flatten as atlas
+from bakery.heads.build import flatten
 from bakery.heads.build.orbit import lay_lids
 from bakery.heads.mesh import flesh as fleshes
 from bakery.heads.mesh import openings, parts, pose, register
@@ -78,11 +78,11 @@ def import_mesh(path, built_in, look, name, options=MeshOptions()):
         body = lay_lids(flesh.patches[0], balls, seal=0.0)
         jaw_open = body.expression[EXPRESSION_INDEX["jawOpen"]]
         sheet = mouth_sheet(flesh.lips, body.mean, body.identity, body.expression, jaw_open)
-        patches = [body, *flesh.patches[1:], *inner, boxed(sheet, atlas.BOXES["mouth_sheet"])]
+        patches = [body, *flesh.patches[1:], *inner, boxed(sheet, flatten.BOXES["mouth_sheet"])]
         middle = (balls[0].center + balls[1].center) / 2
         patches = [replace(patch, mean=patch.mean - middle) for patch in patches]
         source = options.source or Path(path).name
-        places = {part: atlas.BOXES[part] for part in (*CARRIERS, "cards")}
+        places = {part: flatten.BOXES[part] for part in (*CARRIERS, "cards")}
         head = join(patches, name, options.licence, source, places)
         head, back = teeth_back(fleshes.marked(head, flesh, middle))
         if back:

@@ -1,4 +1,4 @@
-"""Surfaces drawn as clay, and where their pixels lie."""
+"""Shaded previews of surfaces, and where their pixels lie."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -53,7 +53,7 @@ class View:
 
 
 def draw(surface, turn, middle, half, color=None):
-    """Draw a surface as clay.
+    """Draw a shaded preview of a surface.
 
     Args:
         turn: [3, 3] from the file's axes to the picture's: right, up, toward the camera.

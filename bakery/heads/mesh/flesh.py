@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bakery.heads import margins
+from bakery.heads import boundaries
 from bakery.heads.base import EYES, PARTS
-from bakery.heads.build import flatten as atlas
+from bakery.heads.build import flatten
 from bakery.heads.embed import on_faces, sides, skin_rims, with_landmarks
 from bakery.heads.mesh import openings, parts, register, transfer, unwrap
 from bakery.heads.mesh.lining import lining
@@ -62,7 +62,7 @@ def of_file(skin, found, laid):
         parts=np.array([PARTS.index(name) for name in part], np.uint8),
         mean=skin.vertices,
         faces=skin.faces,
-        uv=place(uv, atlas.SKIN_BOX),
+        uv=place(uv, flatten.SKIN_BOX),
         uv_faces=uv_faces,
         follow=follow_ids("skin", len(skin.vertices)),
         identity=transfer.people(skin.vertices, skin.faces, pairs, laid),
@@ -112,6 +112,6 @@ def marked(head, flesh, middle):
     groups = sides(head)
     rims = {name: (groups[k][1], groups[k + 1][1]) for name, k in zip(("lips", *EYES), (1, 3, 5))}
     front = places[None, :, :2] * [1, -1]
-    for point, at in margins.pinned(head, front, places, skin_rims(head), rims).items():
+    for point, at in boundaries.pinned(head, front, places, skin_rims(head), rims).items():
         places[point] = at
     return with_landmarks(head, places)

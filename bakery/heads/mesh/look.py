@@ -1,7 +1,8 @@
 """Landmarks of a surface: drawn from a few sides, detected, compared with the built-in head.
 
-A detector of photographs is biased on clay: without brows it takes the hollow of the eye for them and
-moves the lids down by millimetres. The built-in head, shaped alike and drawn alike, shows the bias.
+A detector of photographs is biased on shaded previews: without brows it takes the hollow of the eye
+for them and moves the lids down by millimetres. The built-in head, shaped alike and drawn alike,
+shows the bias.
 """
 
 import numpy as np
@@ -9,10 +10,10 @@ import numpy as np
 from bakery.errors import InputError
 from bakery.geometry import rotation
 from bakery.heads.mesh.draw import SIZE, SKIN, cast, draw, first_view, frames
-from bakery.heads.mesh.pose import Seen, Sights, shape_of, similarity
+from bakery.heads.mesh.pose import Seen, ViewRays, shape_of, similarity
 from bakery.heads.mesh.read import Surface, pieces
 from bakery.heads.mesh.register import FLESH, fit_identity
-from bakery.heads.report import shaded as clay
+from bakery.heads.report import shaded
 from bakery.landmarks import FACE, LEFT_IRIS, RIGHT_IRIS
 
 SURE = 0.85  # score of a face at which no other axes are tried
@@ -90,9 +91,9 @@ def biases(seen, views, find, head):
     Args:
         seen: Seen, what the head is shaped after; views: list of View that it is drawn as.
     """
-    vertices, _, _ = fit_identity(head, seen, seen.sights.trust + 1e-6)
+    vertices, _, _ = fit_identity(head, seen, seen.rays.trust + 1e-6)
     chosen = head.part_faces(*FLESH, "eye_left", "eye_right")
-    color = clay.colors(head)[chosen].mean(1)
+    color = shaded.colors(head)[chosen].mean(1)
     color[np.isin(chosen, head.part_faces(*FLESH))] = SKIN
     own, places = Surface(vertices, head.faces[chosen]), head.landmarks(vertices)[:FACE]
     out = []
@@ -143,7 +144,7 @@ def with_eyes(surface, head, seen, turn, scale, shift):
         np.concatenate([own.vertices, added]),
         np.concatenate([own.faces, faces.reshape(-1, 3) + len(own.vertices)]),
     )
-    return joined, np.concatenate([color, clay.colors(head)[chosen].mean(1)]), len(balls) == 2
+    return joined, np.concatenate([color, shaded.colors(head)[chosen].mean(1)]), len(balls) == 2
 
 
 def seen_in(views, pixels, trust, about):
@@ -155,7 +156,7 @@ def seen_in(views, pixels, trust, about):
     Returns:
         Seen.
     """
-    sights = Sights(
+    rays = ViewRays(
         np.array([view.eye for view in views]),
         np.array([view.rays(points) for view, points in zip(views, pixels)]),
         trust,
@@ -164,4 +165,4 @@ def seen_in(views, pixels, trust, about):
     places, weights = np.array([at for at, _ in casts]), np.array([w for _, w in casts])
     weights = weights * trust + 1e-6
     points = np.einsum("nl,nlc->lc", weights / weights.sum(0), places)
-    return Seen(points, weights.max(0), about, sights)
+    return Seen(points, weights.max(0), about, rays)

@@ -6,7 +6,7 @@ import numpy as np
 
 from bakery.geometry.mesh import face_normals
 from bakery.heads.base import EYES
-from bakery.heads.build import flatten as atlas
+from bakery.heads.build import flatten
 from bakery.heads.build.teeth import affine_carry, outward_faces
 from bakery.heads.embed import skin_rims
 from bakery.heads.eyes import Ball, eye_cap, eyeball, fit_ball
@@ -131,8 +131,8 @@ def _sphere(surface, pieces, expected):
 def eye_patches(pair):
     """Eyeballs and the caps in front of them, in the built-in head's places of the atlas."""
     for side, ball in zip(EYES, pair):
-        yield boxed(eyeball(side, ball), atlas.BOXES["eye_" + side])
-        yield boxed(eye_cap(side, ball, CAP), atlas.BOXES["eye_cap_" + side])
+        yield boxed(eyeball(side, ball), flatten.BOXES["eye_" + side])
+        yield boxed(eye_cap(side, ball, CAP), flatten.BOXES["eye_cap_" + side])
 
 
 def has_mouth(told):
@@ -196,7 +196,7 @@ def _from_file(name, surface, pieces, laid, seated):
         parts=part_ids(name, len(faces)),
         mean=points,
         faces=faces,
-        uv=place(uv, atlas.BOXES[name]),
+        uv=place(uv, flatten.BOXES[name]),
         uv_faces=uv_faces,
         follow=follow_ids(FOLLOWS[name.split("_")[-1]], len(points)),
         identity=moved[:modes],

@@ -16,18 +16,18 @@ POSSIBLE = (40.0, 200.0)  # mm; with units that were asked for, anything else is
 
 
 @dataclass(frozen=True)
-class Sights:
+class ViewRays:
     """Lines of sight to the landmarks, from n views."""
 
-    eyes: np.ndarray  # [n, 3] where each view was drawn from
-    rays: np.ndarray  # [n, 468, 3] unit, from there
+    origins: np.ndarray  # [n, 3] where each view was drawn from
+    directions: np.ndarray  # [n, 468, 3] unit, from there
     weight: np.ndarray  # [n, 468] 0..1, how sure the detector was
 
     def nearest(self, points):
         """The places nearest to points [468, 3] on their lines, mean of the views: [468, 3]."""
-        offset = points - self.eyes[:, None]
-        along = (offset * self.rays).sum(-1, keepdims=True)
-        places = self.eyes[:, None] + along * self.rays
+        offset = points - self.origins[:, None]
+        along = (offset * self.directions).sum(-1, keepdims=True)
+        places = self.origins[:, None] + along * self.directions
         share = self.weight / np.maximum(self.weight.sum(0), 1e-9)
         return np.einsum("nl,nlc->lc", share, places)
 
@@ -44,7 +44,7 @@ class Seen:
     points: np.ndarray  # [468, 3]
     weight: np.ndarray  # [468] 0..1, how well each place on the surface is known
     about: str  # how they were found, for people
-    sights: Sights | None = None  # None where the points themselves were given
+    rays: ViewRays | None = None  # None where the points themselves were given
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Posed:
     surface: Surface
     points: np.ndarray  # [468, 3] mm, the landmarks on it
     weight: np.ndarray  # [468] 0..1
-    sights: Sights | None
+    rays: ViewRays | None
     about: tuple  # what was assumed, a line each
 
 
@@ -122,13 +122,13 @@ def pose(surface, seen, shape, units=None):
     def moved(places):
         return unit * places @ turn.T + shift
 
-    sights = seen.sights
-    if sights:
-        sights = replace(sights, eyes=moved(sights.eyes), rays=sights.rays @ turn.T)
+    rays = seen.rays
+    if rays:
+        rays = replace(rays, origins=moved(rays.origins), directions=rays.directions @ turn.T)
     names = [min(AXES, key=lambda a: -float(AXES[a] @ turn[k])) for k in (1, 2)]
     about.append(f"axes: {names[0]} up, {names[1]} out of the face")
     surface = outside_out(replace(surface, vertices=moved(surface.vertices)), points + shift)
-    return Posed(surface, points + shift, seen.weight, sights, tuple(about))
+    return Posed(surface, points + shift, seen.weight, rays, tuple(about))
 
 
 def outside_out(surface, points):

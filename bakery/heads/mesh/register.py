@@ -34,7 +34,7 @@ MATCHED = 4.0  # mm from the surface: farther, the head does not lie on it
 ROUNDS = 3  # of nearest places at each stiffness
 STRETCH = 0.02  # of the stiffness is against stretching
 INSIDE = 5.0  # mm behind the lips that are still looked for on the surface
-VAGUE = 0.15  # what points of the contour and the brows count: nothing on clay shows their place
+VAGUE = 0.15  # what points of the contour and the brows count: no shading shows their place
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Laid:
 def wanted(seen, places):
     """Where landmarks at places [468, 3] should be by Seen or Posed: on their lines of sight, or as
     given."""
-    return seen.points if seen.sights is None else seen.sights.nearest(places)
+    return seen.points if seen.rays is None else seen.rays.nearest(places)
 
 
 def fit_identity(head, seen, weight, rounds=15):
@@ -96,7 +96,7 @@ def lay(head, posed, skin):
     Returns:
         Laid.
     """
-    trust = (posed.weight if posed.sights is None else posed.sights.trust) + 1e-6
+    trust = (posed.weight if posed.rays is None else posed.rays.trust) + 1e-6
     trust[marks.OVAL] *= VAGUE
     trust[marks.BROWS] *= VAGUE
     start, scale, turn = fit_identity(head, posed, trust)
@@ -119,16 +119,16 @@ def fit_lids(laid, surface, faces, contours):
         contours: ((upper, lower) vertices of the surface, the same of the head) for each eye.
     """
     sheet = _Sheet(laid.head, laid.vertices)
-    ours, aims = [], []
+    ours, targets = [], []
     for theirs, own in contours:
         for half, rim in zip(theirs, own):
             ours.append(rim)
-            aims.append(at_shares(surface.vertices[half], shares(laid.vertices[rim])))
-    ours, aims = sheet.number[np.concatenate(ours)], np.concatenate(aims)
+            targets.append(at_shares(surface.vertices[half], shares(laid.vertices[rim])))
+    ours, targets = sheet.number[np.concatenate(ours)], np.concatenate(targets)
     rims = sheet.reader(ours[:, None], np.ones((len(ours), 1)))
 
     def pulls(here):
-        return rims, np.ones(len(aims)), aims
+        return rims, np.ones(len(targets)), targets
 
     goal = _Goal(surface.vertices, faces)
     return sheet.laid(goal, STEPS_LIDS, pulls, laid.scale, laid.turn)
@@ -205,10 +205,10 @@ class _Sheet:
                 at, near, far = goal.query(here, vertex_normals(here, self.faces), reach)
                 near &= self.counts
                 held = near * self.area / (1 + (np.where(near, far, 0) / (0.4 * reach)) ** 2)
-                points, weights, aim = pulls(here)
+                points, weights, target = pulls(here)
                 drawn = points.T @ diags(pull * weights)
                 right = held[:, None] * np.where(near[:, None], at - self.rest, 0)
-                right += drawn @ (aim - points @ self.rest)
+                right += drawn @ (target - points @ self.rest)
                 moved = factorized(energy + diags(held + 1e-9) + drawn @ points)(right)
                 here = self.rest + moved
         _, near, far = goal.query(here, vertex_normals(here, self.faces), np.inf)

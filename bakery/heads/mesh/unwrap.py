@@ -11,7 +11,7 @@ import numpy as np
 
 from bakery.geometry.mesh import boundary_loops, face_normals
 from bakery.geometry.raster import rasterize
-from bakery.heads.build import flatten as atlas
+from bakery.heads.build import flatten
 from bakery.heads.build.charts import face_density
 from bakery.heads.mesh.read import pieces
 
@@ -147,11 +147,11 @@ def unfolded(uv, points, faces, density):
     used, mesh = np.unique(faces[kept], return_inverse=True)
     own, plane = mesh.reshape(-1, 3), uv[used]
     rim = max(boundary_loops(own), key=lambda loop: np.ptp(plane[loop], axis=0).sum())
-    body, mesh = atlas.fill_holes(points[used], own, rim)  # lids and lips keep their openings
+    body, mesh = flatten.fill_holes(points[used], own, rim)  # lids and lips keep their openings
     fans = mesh[len(own) :]
     hubs = [plane[fans[fans[:, 2] == hub, 0]].mean(0) for hub in range(len(plane), len(body))]
     plane = np.concatenate([plane, np.reshape(hubs, (-1, 2))])
-    rows, columns, weights = atlas.mean_value_weights(body, mesh)
+    rows, columns, weights = flatten.mean_value_weights(body, mesh)
     W = coo_matrix((weights, (rows, columns)), (len(body),) * 2).tocsr()
     L = (diags(np.asarray(W.sum(1)).ravel()) - W).tocsr()
     held = np.zeros(len(body), bool)
@@ -170,7 +170,7 @@ def unfolded(uv, points, faces, density):
     if (_areas(plane, mesh) * way > 0).all():
         wanted = np.concatenate([density[used], np.ones(len(hubs))])
         both = np.repeat(held[:, None], 2, 1)
-        plane = atlas.relax(body, mesh, plane, both, wanted, len(fans), RELAXED)
+        plane = flatten.relax(body, mesh, plane, both, wanted, len(fans), RELAXED)
     out = uv.copy()
     out[used] = plane[: len(used)]
     return out, kept & (_areas(out, faces) * way > 0)

@@ -1,4 +1,4 @@
-"""Head models drawn as clay, to look at."""
+"""Shaded previews of head models."""
 
 import cv2
 import numpy as np
@@ -28,8 +28,8 @@ LAMPS = (((-0.4, 0.5, 0.75), 0.72), ((0.7, 0.1, 0.5), 0.25))
 DISTANCE = 700.0  # mm from the camera to the middle of the picture
 
 
-def clay(head, vertices, yaw=0.0, pitch=0.0, center=(0.0, -28.0, 0.0), width=180.0, size=300):
-    """Draw a shape [V, 3] as clay with coloured eyes and teeth.
+def preview(head, vertices, yaw=0.0, pitch=0.0, center=(0.0, -28.0, 0.0), width=180.0, size=300):
+    """A shaded preview of a shape [V, 3] with coloured eyes and teeth.
 
     Args:
         yaw, pitch: degrees the head is turned to its left and up.
@@ -81,7 +81,7 @@ def shapes(head, yaw=0.0, columns=8):
     """All 52 shapes at weight 1 (`penetrate.singles`), with their names."""
     pictures = []
     for name, expression in singles().items():
-        picture = clay(head, head.vertices(head.mean, expression), yaw, size=220)
+        picture = preview(head, head.vertices(head.mean, expression), yaw, size=220)
         pictures.append(labelled(picture, name))
     return tile(pictures, columns)
 
@@ -99,5 +99,5 @@ def people(head, rng, count=24, columns=6):
     for k in range(count):
         shape = head.neutral(rng.normal(size=len(head.identity_basis)))
         yaw = (0.0, 35.0, 0.0, -35.0)[k % 4]
-        pictures.append(clay(head, shape, yaw, center=(0, -15, 0), width=270.0))
+        pictures.append(preview(head, shape, yaw, center=(0, -15, 0), width=270.0))
     return tile(pictures, columns)

@@ -16,7 +16,7 @@ from bakery.stages.segment.classes import BACKGROUND, CLOTHES, HAIR, SKIN, Found
 from bakery.stages.segment.enlarge import Window
 from bakery.stages.segment.frame import apply, hull, polygon
 from bakery.stages.segment.models import LAB_BINS, GuidedFilter, histogram, lab_bins
-from bakery.stages.segment.overlays import find_cover, find_eyewear, find_strands
+from bakery.stages.segment.overlays import find_eyewear, find_occlusion, find_strands
 
 TEXTURE_BINS = 16
 _SURE_SKIN, _SURE_HAIR = np.float32([[[0], [1], [0], [0]], [[0], [0], [1], [0]]])
@@ -102,7 +102,7 @@ def classify(window: Window, rounds: int) -> Found:
     strands = find_strands(lightness, shares[HAIR] > 0.5, points, radius) & ~face
     shares[:, strands] = _SURE_HAIR
     glasses = find_eyewear(small, lightness, points, radius)
-    hidden = find_cover(small, colors, expected[HAIR] > 0.55, seed & ~glasses, radius)
+    hidden = find_occlusion(small, colors, expected[HAIR] > 0.55, seed & ~glasses, radius)
     hidden &= (radius < 1) | ((radius < 1.25) & (shares[SKIN] > 0.5))
     shares[:, glasses | hidden] = 0
     return Found(shares, face & ~glasses & ~hidden, glasses, hidden & ~glasses, hue=hue)

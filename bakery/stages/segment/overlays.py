@@ -136,7 +136,7 @@ def find_reflections(small, frames, points, radius):
     return cv2.dilate(mirrored.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
 
 
-def find_cover(small, colors, hair, seed, radius):
+def find_occlusion(small, colors, hair, seed, radius):
     """Mark hair, or a shadow as dark as hair, that hides the skin of one side of the face.
 
     The other side can stand in for it. What hides both sides alike, as the shadow of a brim, is
@@ -163,16 +163,18 @@ def find_cover(small, colors, hair, seed, radius):
     own = hair * (1 - 0.95 * np.minimum(skin[colors] / common, 1))
     grown = histogram(colors, own.astype(np.float32), LAB_BINS)
     likelier = cv2.blur(np.log((grown + 3e-6) / (skin + 3e-6))[colors], (5, 5))
-    cover = (dark & (likelier > 0.5) & (radius < 1.25)) | (hair & (likelier > 0))
-    cover = cv2.morphologyEx(cover.astype(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5), np.uint8))
-    _, parts = cv2.connectedComponents(cover, connectivity=4)
+    occluded = (dark & (likelier > 0.5) & (radius < 1.25)) | (hair & (likelier > 0))
+    occluded = cv2.morphologyEx(
+        occluded.astype(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5), np.uint8)
+    )
+    _, parts = cv2.connectedComponents(occluded, connectivity=4)
     roots = np.unique(parts[hair])
-    cover = np.isin(parts, roots[roots > 0])
-    inner = cover & seed
+    occluded = np.isin(parts, roots[roots > 0])
+    inner = occluded & seed
     both = (inner & inner[:, ::-1]).sum() / max(inner.sum(), 1)
     if inner.sum() < COVERED * seed.sum() or both > BOTH_SIDES:
         return none
-    return cv2.morphologyEx(cover.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((15, 15))) > 0
+    return cv2.morphologyEx(occluded.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((15, 15))) > 0
 
 
 def _hulls(mask, least=0.0):

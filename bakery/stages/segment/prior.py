@@ -6,7 +6,7 @@ A place in it has an angle from the top of the head, 0..180 degrees to either si
 units of the face contour at that angle: 1 is on the contour, 2 twice as far out.
 """
 
-from functools import lru_cache
+from functools import cache
 
 import cv2
 import numpy as np
@@ -95,7 +95,7 @@ _CLOTHES = """
 """
 
 
-@lru_cache(maxsize=1)
+@cache
 def _tables():
     """[angles, radii, 3] float32: shares of skin, hair and clothes."""
     rows = [[[DIGITS.index(c) for c in row] for row in t.split()] for t in (_SKIN, _HAIR, _CLOTHES)]

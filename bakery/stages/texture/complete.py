@@ -64,7 +64,7 @@ def rims(points, shape):
     return out.astype(np.float32)
 
 
-def open_lids(skin_mask, points, before):
+def open_lids(skin_mask, points, occluder):
     """The mask with the lids let in up to their edge, where nothing hides them.
 
     A segmentation leaves a margin around the eyes; without it the lash line would be lost and lids
@@ -72,7 +72,7 @@ def open_lids(skin_mask, points, before):
 
     Args:
         points: [L, 2] pixels.
-        before: [H, W] 0..1, what hides the face.
+        occluder: [H, W] 0..1, what hides the face.
     """
     out = skin_mask.copy()
     for lids in EYES:
@@ -83,29 +83,31 @@ def open_lids(skin_mask, points, before):
         away = cv2.distanceTransform(1 - eye, cv2.DIST_L2, 3)
         around = smoothstep(0.30 * width, 0.18 * width, away) * (1 - eye)
         out = np.maximum(out, around.astype(np.float32))
-    return out * (1 - before)
+    return out * (1 - occluder)
 
 
-def complete_skin(linear, cover, points, fit, head, vertices, atlas, sight):
+def complete_skin(linear, mattes, points, fit, head, vertices, atlas, visibility):
     """Unwrap the photo and fill what it does not show.
 
     Args:
         linear: [H, W, 3] float32 photo, already filtered to about the atlas's density.
-        cover: texture_hair.Cover of the photo.
+        mattes: texture.hair.Mattes of the photo.
         points: [L, 2] pixels, landmarks of the photo.
         fit: Fit of the photo.
         vertices: [V, 3] mm, the shape as it stands in the photo.
         atlas: Atlas of the head's skin.
-        sight: Sight of that atlas through the photo's camera.
+        visibility: Visibility of that atlas through the photo's camera.
 
     Returns:
         SkinTexture.
     """
-    pixels = sight.pixels
+    pixels = visibility.pixels
     # There is no second view that could know better, so even slanting skin counts.
-    weight = sight.weight(grazing=88.0, full=76.0)
-    weight = np.maximum(weight, sight.visible * bilinear(rims(points, linear.shape[:2]), pixels))
-    mask = open_lids(cover.skin, points, cover.before)
+    weight = visibility.weight(grazing=88.0, full=76.0)
+    weight = np.maximum(
+        weight, visibility.visible * bilinear(rims(points, linear.shape[:2]), pixels)
+    )
+    mask = open_lids(mattes.skin, points, mattes.occluder)
     weight *= smoothstep(0.5, 0.95, bilinear(mask, pixels))
     color = np.maximum(bicubic(linear, pixels), 0)
 
@@ -150,8 +152,8 @@ def complete_skin(linear, cover, points, fit, head, vertices, atlas, sight):
     )
     mucosa = 1 - (1 - MUCOSA) * inner_lips[..., None]
     inferred = base * mucosa * np.exp(grain)[..., None]
-    cover = np.clip(known, 0, 1)[..., None]
-    albedo_full = joined * cover + inferred * (1 - cover)
+    coverage = np.clip(known, 0, 1)[..., None]
+    albedo_full = joined * coverage + inferred * (1 - coverage)
 
     lit = albedo_full * np.where(on_skin[..., None] > 0, atlas.paint(shade), 1)
     source = np.select(

@@ -19,12 +19,12 @@ COVERED = 0.4  # share of an eye's opening that is hidden, above which nothing i
 SCLERA_OVER_SKIN = 1.35  # luminance, when no sclera can be seen
 
 
-def eye_maps(linear, before, points, fit, head, vertices, part, depth, skin_tone):
+def eye_maps(linear, occluder, points, fit, head, vertices, part, depth, skin_tone):
     """Read both eyeballs out of the photo; one that is hidden is the other's mirror image.
 
     Args:
         linear: [H, W, 3] float32 photo.
-        before: [H, W] float32 0..1, what hides the face.
+        occluder: [H, W] float32 0..1, what hides the face.
         points: [L, 2] pixels, landmarks of the photo.
         vertices: [V, 3] mm, the shape as it stands in the photo.
         part, depth: [H, W] of the drawn shape in the photo's camera.
@@ -36,9 +36,9 @@ def eye_maps(linear, before, points, fit, head, vertices, part, depth, skin_tone
     shade = lid_occlusion(part, depth, fit.camera.focal)
     maps, hidden = [], []
     for eye in range(2):
-        inside = np.zeros(before.shape, np.uint8)
+        inside = np.zeros(occluder.shape, np.uint8)
         cv2.fillPoly(inside, [np.round(points[EYES[eye]] * 16).astype(np.int32)], 1, shift=4)
-        hidden.append(bool(inside.any()) and before[inside > 0].mean() > COVERED)
+        hidden.append(bool(inside.any()) and occluder[inside > 0].mean() > COVERED)
         maps.append(
             _one_eye(linear, hidden[eye], points, fit, vertices, head, eye, shade, skin_tone)
         )

@@ -30,16 +30,16 @@ CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
 
 
 @dataclass(frozen=True)
-class Cover:
-    """What of a photo goes onto the head, and what never does: layers [H, W] float32 0..1."""
+class Mattes:
+    """What of a photo goes onto the head, and what occludes it: soft masks [H, W] float32 0..1."""
 
     skin: np.ndarray  # may be unwrapped as skin
     hair: np.ndarray
     strip: np.ndarray  # skin too near to hair to be taken as such; shown together with the hair
-    before: np.ndarray  # glasses, or what else hides the face
+    occluder: np.ndarray  # glasses, or what else hides the face
 
 
-def cover_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarray) -> Cover:
+def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarray) -> Mattes:
     """Divide a photo into skin, hair and the strip between them.
 
     Along the hair lie its shadow and loose strands. Left in the skin they are a dark line along the
@@ -60,9 +60,9 @@ def cover_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarray
     clear = smoothstep(*HALO, off) if behind.any() else np.ones(hair.shape)
     hair = hair * (1 - _pockets(encoded, segmentation.regions, off))
     strip = shown * ((segmentation.regions == SKIN) | (around & ~behind))
-    before = np.isin(segmentation.regions, (GLASSES, HIDDEN))
-    layers = (segmentation.skin * taken, hair * clear, strip * clear, before)
-    return Cover(*(x.astype(np.float32) for x in layers))
+    occluder = np.isin(segmentation.regions, (GLASSES, HIDDEN))
+    layers = (segmentation.skin * taken, hair * clear, strip * clear, occluder)
+    return Mattes(*(x.astype(np.float32) for x in layers))
 
 
 def _pockets(encoded, labels, off):
@@ -88,34 +88,34 @@ def _large(mask, area):
     return mask & (found[:, cv2.CC_STAT_AREA] > area)[number]
 
 
-def hair_layer(linear, cover, head, atlas, sight):
+def hair_layer(linear, mattes, head, atlas, visibility):
     """What lies over the skin of the head.
 
     Args:
         linear: [H, W, 3] float32 photo.
-        cover: Cover of the photo.
+        mattes: Mattes of the photo.
         atlas: Atlas of the head's skin.
-        sight: Sight of that atlas through the photo's camera.
+        visibility: Visibility of that atlas through the photo's camera.
 
     Returns:
         [T, T, 4] float32, linear, colour multiplied by alpha.
     """
-    pixels = sight.pixels
+    pixels = visibility.pixels
     inside = atlas.paint(np.ones(len(pixels), np.float32))
     growth = atlas.paint(atlas.at(scalp(head)[:, None])[:, 0])
-    here, bare, edge = (bilinear(m, pixels) for m in (cover.hair, cover.skin, cover.strip))
+    here, bare, edge = (bilinear(m, pixels) for m in (mattes.hair, mattes.skin, mattes.strip))
     on_head = _above_the_neck(head, atlas)
     here, edge = here * on_head, edge * on_head
     # Background that a skull too large shows is no proof of a bald head.
     proof = smoothstep(0.3, 0.9, here + edge + bare)
     on_scalp, on_skin, on_bare = (
-        soften(atlas.paint(sight.weight(*limits) * proof), inside, blur)
+        soften(atlas.paint(visibility.weight(*limits) * proof), inside, blur)
         for limits, blur in ((ON_SCALP, 1 / 400), (ON_SKIN, 1 / 400), (BARE, 1 / 120))
     )
     seen = on_skin + growth * (on_scalp - on_skin)
     color = atlas.paint(bilinear(linear, pixels))
     here, edge = atlas.paint(here), atlas.paint(edge)
-    lost = _behind(here, np.maximum(growth, atlas.paint(sight.weight(*SQUARE))))
+    lost = _behind(here, np.maximum(growth, atlas.paint(visibility.weight(*SQUARE))))
     here, edge = here * (1 - lost), edge * (1 - lost)
     shown = np.clip(seen * here + on_bare * edge, 0, 1)
 

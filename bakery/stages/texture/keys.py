@@ -10,7 +10,7 @@ from bakery.generators.shade import is_part
 from bakery.geometry.fill import diffuse
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
-from bakery.stages.atlas import Atlas, make_atlas, make_view, see
+from bakery.stages.atlas import Atlas, make_atlas, make_view, visibility_of
 from bakery.stages.condition import face_camera
 from bakery.types import Camera, Conditions, Fit, Generated
 
@@ -44,13 +44,13 @@ def key_ratio(
     mass = np.zeros(len(skin.index), np.float32)
     for seen, made in pictures:
         view = make_view(seen.vertices, head, seen.camera)
-        sight = see(skin, view)
+        visibility = visibility_of(skin, view)
         drawn = cv2.erode(is_part(seen.part, "skin").astype(np.float32), np.ones((3, 3)))
-        weight = sight.weight() * bilinear(drawn, sight.pixels)
+        weight = visibility.weight() * bilinear(drawn, visibility.pixels)
         packed = np.concatenate(
             [np.log(np.maximum(made.ratio, 1e-3)), made.color, made.alpha[..., None]], -1
         )
-        total += weight[:, None] * sample_many(packed, sight.pixels)
+        total += weight[:, None] * sample_many(packed, visibility.pixels)
         mass += weight
     known = np.minimum(mass, 1)
     merged = total / np.maximum(mass, 1e-6)[:, None]

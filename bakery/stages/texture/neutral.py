@@ -12,12 +12,12 @@ from bakery.geometry import rotation
 from bakery.geometry.color import to_linear
 from bakery.heads.base import HeadModel
 from bakery.landmarks import FACE
-from bakery.stages.atlas import make_atlas, make_view, see
+from bakery.stages.atlas import make_atlas, make_view, visibility_of
 from bakery.stages.condition import condition
 from bakery.stages.face_frame import head_photo
 from bakery.stages.texture.complete import PAINTED, complete_skin
 from bakery.stages.texture.eyes import eye_maps, paint_eyes
-from bakery.stages.texture.hair import Cover, hair_layer
+from bakery.stages.texture.hair import Mattes, hair_layer
 from bakery.stages.texture.interior import paint_interior
 from bakery.stages.texture.lashes import lay_lashes
 from bakery.stages.texture.lids import lid_skin
@@ -40,7 +40,7 @@ def prepare(
     fit: Fit,
     neutral: np.ndarray,
     head: HeadModel,
-    cover: Cover,
+    mattes: Mattes,
     resolution: int,
     hair: Callable[..., np.ndarray] = hair_layer,
 ) -> Prepared:
@@ -51,7 +51,7 @@ def prepare(
         landmarks: Landmarks of the face in it.
         fit: Fit of the same photo.
         neutral: [V, 3] mm, the fitted neutral shape with its residual warp.
-        cover: Cover of the photo.
+        mattes: Mattes of the photo.
         resolution: T.
         hair: what makes the hair, as `hair.base.Hair.layer`.
 
@@ -60,16 +60,16 @@ def prepare(
     """
     atlas = make_atlas(head, resolution)
     vertices = head.vertices(neutral, fit.expression, fit.gaze)
-    image, cover, points, local = _cut_out(
-        photo, cover, landmarks.points, fit, head, vertices, resolution
+    image, mattes, points, local = _cut_out(
+        photo, mattes, landmarks.points, fit, head, vertices, resolution
     )
     on_skin = atlas.take("skin")
-    sight = see(on_skin, make_view(vertices, head, local.camera, edge=0.75))
-    skin = complete_skin(image, cover, points, local, head, vertices, on_skin, sight)
+    visibility = visibility_of(on_skin, make_view(vertices, head, local.camera, edge=0.75))
+    skin = complete_skin(image, mattes, points, local, head, vertices, on_skin, visibility)
     blank = np.zeros((8, 8, 3), np.float32)
     drawn = condition(head, neutral, blank, fit.expression, fit.gaze, local.camera)
     eyes = eye_maps(
-        image, cover.before, points, local, head, vertices, drawn.part, drawn.depth, skin.tone
+        image, mattes.occluder, points, local, head, vertices, drawn.part, drawn.depth, skin.tone
     )
     texture = skin.color.reshape(-1, 3)
     source = skin.source.reshape(-1)
@@ -84,7 +84,7 @@ def prepare(
     texture = atlas.fill_gutter(texture.reshape(resolution, resolution, 3))
     lids = lid_skin(head, neutral, texture, atlas)
     turn = rotation.matrix(fit.camera.rotation)
-    over = atlas.fill_gutter(hair(image, cover, head, on_skin, sight))
+    over = atlas.fill_gutter(hair(image, mattes, head, on_skin, visibility))
     return Prepared(
         Subject(
             head,
@@ -102,11 +102,11 @@ def prepare(
     )
 
 
-def _cut_out(photo, cover, points, fit, head, vertices, resolution):
+def _cut_out(photo, mattes, points, fit, head, vertices, resolution):
     """The head out of the photo, no finer than the atlas can hold.
 
     Returns:
-        linear image, its Cover, landmarks [L, 2] and Fit, all in its own pixels.
+        linear image, its Mattes, landmarks [L, 2] and Fit, all in its own pixels.
     """
     pixels = cameras.project(vertices[head.part_vertices("skin")], fit.camera)
     face = cameras.project(head.landmarks(vertices)[:FACE], fit.camera)
@@ -123,5 +123,5 @@ def _cut_out(photo, cover, points, fit, head, vertices, resolution):
 
     linear = shrink(to_linear(photo.encoded[y0:y1, x0:x1]))
     camera = cameras.crop(fit.camera, x0, y0, linear.shape[1], linear.shape[0], scale)
-    layers = Cover(*(shrink(getattr(cover, f.name)[y0:y1, x0:x1]) for f in fields(Cover)))
+    layers = Mattes(*(shrink(getattr(mattes, f.name)[y0:y1, x0:x1]) for f in fields(Mattes)))
     return linear, layers, (points - [x0, y0]) * scale, replace(fit, camera=camera)

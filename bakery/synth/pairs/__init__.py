@@ -23,7 +23,7 @@ VERSION = "3"
 class PaintedPair:
     """One subject in neutral and in one target, with the conditions of the target.
 
-    The planes are those of `bakery.generators.planes`; see there for units.
+    The channels are those of `bakery.generators.channels`; see there for units.
     """
 
     photo: np.ndarray  # [S, S, 3] uint8 sRGB: the subject in neutral; 0 outside the head

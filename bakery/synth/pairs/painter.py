@@ -12,9 +12,13 @@ import cv2
 import numpy as np
 
 from bakery.formats.targets import read_keys
+from bakery.generators.channels import (
+    condition_channels,
+    expression_channels,
+    face_mask,
+    shrunk_channels,
+)
 from bakery.generators.folds import make_folds
-from bakery.generators.hints import hints
-from bakery.generators.planes import face_mask, planes, shrunk_planes
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import LUMA, to_encoded
@@ -28,7 +32,7 @@ from bakery.stages.condition import condition, face_camera, finer
 from bakery.stages.fit.lids import close_lids
 from bakery.stages.fit.warp import residual_offsets
 from bakery.stages.texture import VIEWS
-from bakery.stages.texture.hair import Cover
+from bakery.stages.texture.hair import Mattes
 from bakery.stages.texture.lids import lid_skin
 from bakery.stages.texture.neutral import prepare
 from bakery.synth import facial, film, quick, skins
@@ -279,8 +283,8 @@ def paint_subject(stage, paths, seed, options=PairOptions()):
     low, high = marks.min(0), marks.max(0)
     found = Landmarks(np.concatenate([low, high - low]), 1.0, marks, np.ones(len(marks)))
     bald = np.zeros(kind.shape, np.float32)
-    cover = Cover((kind == PARTS.index("skin")).astype(np.float32), bald, bald, bald)
-    prepared = prepare(photo, found, fit, neutral, head, cover, size * PHOTO_SIZE)
+    mattes = Mattes((kind == PARTS.index("skin")).astype(np.float32), bald, bald, bald)
+    prepared = prepare(photo, found, fit, neutral, head, mattes, size * PHOTO_SIZE)
     subject = prepared.subject
 
     small = cv2.resize(photo.encoded, (size, size), interpolation=cv2.INTER_AREA)
@@ -317,11 +321,11 @@ def _target(rng, figure, subject, fit, head, neutral, gain, shared, options, pos
         target=np.round(truth).astype(np.uint8),
         landmarks=cameras.project(marks, camera).astype(np.float32),
         expression=expression,
-        **hints(subject, drawn, camera),
+        **expression_channels(subject, drawn, camera),
         gaze_angles=gaze.astype(np.float32),
         yaw=yaw,
         pitch=pitch,
-        **vars(shrunk_planes(planes(head, drawn), options.size)),
+        **vars(shrunk_channels(condition_channels(head, drawn), options.size)),
         **shared,
     )
 

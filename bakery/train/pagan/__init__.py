@@ -22,7 +22,7 @@ from torch.utils.data import DataLoader, Subset
 
 from bakery.detectors.blocks import unfold
 from bakery.errors import InputError, ModelError, UsageProblem
-from bakery.generators import pagan as generator
+from bakery.generators import pagan
 from bakery.generators.unet import INPUTS, NetworkOptions, UNet, interpret, network_input
 from bakery.settings import SEEDS, Settings, setting
 from bakery.train import runs
@@ -220,7 +220,7 @@ class _State:
 
         self.network, self.averaged = (place(UNet(options.network)) for _ in range(2))
         if options.begin:
-            begun = generator.load(options.begin).network
+            begun = pagan.load(options.begin).network
             self.network.load_state_dict(unfold(self.network, widened(begun, options.network)))
         self.averaged.load_state_dict(self.network.state_dict())
         inputs = sum(INPUTS[name] for name in options.network.inputs)

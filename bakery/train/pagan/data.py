@@ -9,13 +9,13 @@ import torch
 from torch.utils.data import Dataset
 
 from bakery.generators.interior import FRAME_SCALE, interior_shade
-from bakery.generators.unet import input_layers
+from bakery.generators.unet import input_channels
 from bakery.heads.base import PARTS
 from bakery.landmarks import EYES, LIPS, LIPS_OUTER
 from bakery.settings import Settings, setting
 from bakery.synth.pairs import Shard, shards_of
 
-UNIT = 16  # of the weight plane: what a pixel of plain skin counts
+UNIT = 16  # of the weight channel: what a pixel of plain skin counts
 NOMINAL = 512  # pixels a side of a frame, whatever size its pair was painted at
 SCALES = 0.12  # a crop's window is up to so much larger or smaller than the crop
 
@@ -65,7 +65,7 @@ class Pairs:
         self._kept, self._bytes = OrderedDict(), 0
 
     def decoded(self, shard, row):
-        """The planes of a pair by name, uint8 [S, S, C], and its landmarks."""
+        """The channels of a pair by name, uint8 [S, S, C], and its landmarks."""
         key = (shard.path, row)
         if key in self._kept:
             self._kept.move_to_end(key)
@@ -86,8 +86,8 @@ class Pairs:
         weight = np.clip(UNIT * weight * (pair.face / 255), 0, 255)
         per_mm = FRAME_SCALE * pair.part.shape[0]
         shade = interior_shade(pair, per_mm)
-        hints = {"strain": pair.strain, "folds": pair.folds}
-        return input_layers(pair, pair.photo, shade, hints) | {
+        expressed = {"strain": pair.strain, "folds": pair.folds}
+        return input_channels(pair, pair.photo, shade, expressed) | {
             "target": pair.target,
             "weight": np.round(weight).astype(np.uint8)[..., None],
             "skin": skin[..., None],
@@ -165,7 +165,7 @@ TONED = ("photo", "deformed", "target")
 
 
 def tensors(layers, size, window=None, flip=False, tone=None):
-    """Planes as tensors of bytes, cut and changed.
+    """Channels as tensors of bytes, cut and changed.
 
     Args:
         layers: of `Pairs.decoded`.

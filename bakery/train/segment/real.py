@@ -19,7 +19,7 @@ from bakery.errors import BakeryError, InputError
 from bakery.formats.files import write_bytes
 from bakery.formats.npz import pack_arrays
 from bakery.formats.portraits import reference_points
-from bakery.stages import segment as rules
+from bakery.stages import segment
 from bakery.train.segment import outline
 
 QUALITY = 86  # of the JPEGs
@@ -78,11 +78,13 @@ def _inside(inside, matrix):
 
 
 def _labels(image, points, person, glasses):
-    ruled = rules.segment(np.float32(image) / 255, points, rules.SegmentOptions(method="colours"))
+    ruled = segment.segment(
+        np.float32(image) / 255, points, segment.SegmentOptions(method="colours")
+    )
     face = marks.face_size(points)
     label = np.full(image.shape[:2], portrait.UNSURE, np.uint8)
     deep = _eroded(person == outline.PERSON, 0.02 * face)
-    for theirs, ours in ((rules.HAIR, portrait.HAIR), (rules.CLOTHES, portrait.CLOTH)):
+    for theirs, ours in ((segment.HAIR, portrait.HAIR), (segment.CLOTHES, portrait.CLOTH)):
         label[_eroded(ruled.labels == theirs, 0.06 * face) & deep] = ours
     rows = np.arange(image.shape[0])[:, None]
     chin = points[152, 1]

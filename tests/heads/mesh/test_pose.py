@@ -104,10 +104,10 @@ def test_lines_of_sight_meet_where_the_point_is(head, skin):
     ]
     trust = np.ones((3, len(points)))
     seen = look.seen_in(views, [view.pixels(points) for view in views], trust, "")
-    np.testing.assert_allclose(seen.sights.nearest(points), points, atol=1e-9)
+    np.testing.assert_allclose(seen.rays.nearest(points), points, atol=1e-9)
     started = points + [0, 0, 9.0]
     for _ in range(60):
-        started = seen.sights.nearest(started)
+        started = seen.rays.nearest(started)
     np.testing.assert_allclose(started, points, atol=1e-3)
 
 
@@ -117,7 +117,7 @@ def test_points_from_a_file(head, skin, tmp_path):
     path.write_text(json.dumps({"points": points.tolist()}))
     seen = given.read_seen(path, skin)
     np.testing.assert_allclose(seen.points, points[:468])
-    assert seen.sights is None and (seen.weight == 1).all()
+    assert seen.rays is None and (seen.weight == 1).all()
 
 
 @pytest.mark.parametrize(

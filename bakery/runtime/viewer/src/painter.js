@@ -9,7 +9,7 @@ import { Textures, makeTargets } from './textures.js';
 
 const LAYERS = ['color', 'mask', 'coverage', 'uv'];
 const FADE = 74; // mm over which the bust ends
-// As in `bakery/runtime/cards.py`: what shows of lashes where the photo's own do; degrees off its view,
+// As in `bakery/runtime/lash_cards.py`: what shows of lashes where the photo's own do; degrees off its view,
 // and eyeBlink, between which the rest appears.
 const AS_PHOTOGRAPHED = 0.25;
 const TURNED = [8, 32];

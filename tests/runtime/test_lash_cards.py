@@ -8,7 +8,7 @@ import pytest
 from bakery.geometry.color import to_encoded, to_linear
 from bakery.heads.base import CARDS, weights
 from bakery.heads.lashes import card_texels
-from bakery.runtime.cards import AS_PHOTOGRAPHED, card_weights, lay_cards
+from bakery.runtime.lash_cards import AS_PHOTOGRAPHED, card_weights, lay_cards
 from bakery.runtime.player import Player
 from bakery.runtime.render import draw, over_gray
 from bakery.stages.condition import face_camera

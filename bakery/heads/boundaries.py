@@ -1,4 +1,4 @@
-"""The rims of lids and lips on a head: points that rays from photographs cannot settle.
+"""Boundaries of lids and lips on a head: points that rays from photographs cannot settle.
 
 A ray lands wherever the fitted mesh happens to be, so the rim of a lid embedded a millimetre too
 high stays there, round after round, and every eye is fitted half shut. These points are put on the

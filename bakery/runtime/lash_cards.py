@@ -1,8 +1,8 @@
-"""Lashes and tear line over a drawn picture: the clear reference.
+"""Lash cards and tear line over a drawn picture: the clear reference.
 
-The lid of a portrait carries its photographed lashes already. So the cards show as far as those are
-out of sight: from the sides, and when the eye shuts and the lid shows skin that no photo saw. Cards
-are see-through, so that they are laid over what is nearest, one after the other in the order of their
+The lid of a portrait carries its photographed lashes already. So the lash cards show as far as those
+are hidden: from the sides, and when the eye shuts and the lid shows skin that no photo saw. They are
+translucent, so that they are laid over what is nearest, one after the other in the order of their
 faces, from both sides. They are mixed in sRGB, not in linear light: so does every browser.
 """
 
@@ -16,12 +16,12 @@ from bakery.geometry.sample import bilinear
 from bakery.heads.base import CARDS, HeadModel
 from bakery.types import EXPRESSION_INDEX, Camera
 
-AS_PHOTOGRAPHED = 0.25  # of the cards shows where the photo's lashes do
+AS_PHOTOGRAPHED = 0.25  # of the lash cards shows where the photo's lashes do
 TURNED = (8.0, 32.0)  # degrees off the photo's view at which more begins to show, and all does
 
 
 def card_weights(camera: Camera, photo_camera: Camera, expression: np.ndarray) -> np.ndarray:
-    """How much of the cards of the left and of the right eye shows: [2] float32, 0..1.
+    """How much of the lash cards of the left and of the right eye shows: [2] float32, 0..1.
 
     From the photo's own view a share of them, until a bare lid takes the photographed one's place.
 
@@ -38,7 +38,7 @@ def card_weights(camera: Camera, photo_camera: Camera, expression: np.ndarray) -
 
 
 def card_sides(head: HeadModel, faces: np.ndarray) -> np.ndarray:
-    """Which eye's the cards are: [F], 0 for the left, 1 for the right."""
+    """Which eye's the lash cards are: [F], 0 for the left, 1 for the right."""
     middle: np.ndarray = head.mean[head.faces[faces]].mean(1)
     return (middle[:, 0] < 0).astype(int)
 
@@ -54,7 +54,7 @@ def lay_cards(
     layer: np.ndarray,
     weights: np.ndarray,
 ) -> None:
-    """Draw the cards of a head over a picture.
+    """Draw the lash cards and tear line of a head over a picture.
 
     Args:
         color: [H, W, 3] float32 linear, premultiplied by alpha; changed, as are the next two.
@@ -77,8 +77,8 @@ def lay_cards(
         seen = inside & (near * depth[box] > 1)
         if not seen.any():
             continue
-        share = corner_weights[seen] / near[seen][:, None]
-        uv = share @ head.uv[head.uv_faces[face]].astype(np.float64)
+        barycentric = corner_weights[seen] / near[seen][:, None]
+        uv = barycentric @ head.uv[head.uv_faces[face]].astype(np.float64)
         card = weight * bilinear(layer, uv[None] * layer.shape[0])[0]
         if card[:, 3].any():
             _mix(color[box], alpha[box], known[box], seen, card)
@@ -118,13 +118,13 @@ def _mix(
     card: np.ndarray,
 ) -> None:
     """Lay card texels [n, 4] over the pixels `seen` of views into the picture."""
-    share = np.clip(card[:, 3:], 0, 1)
-    own = card[:, :3] / np.maximum(share, 1e-6)
+    opacity = np.clip(card[:, 3:], 0, 1)
+    own = card[:, :3] / np.maximum(opacity, 1e-6)
     solid = alpha[seen][:, None] > 0.999
     behind = color[seen]
-    over = to_linear(to_encoded(behind) * (1 - share) + to_encoded(own) * share)
-    color[seen] = np.where(solid, over, behind * (1 - share) + card[:, :3])
+    over = to_linear(to_encoded(behind) * (1 - opacity) + to_encoded(own) * opacity)
+    color[seen] = np.where(solid, over, behind * (1 - opacity) + card[:, :3])
     for plane in (alpha, known):
         plane[seen] = np.where(
-            solid[:, 0], plane[seen], share[:, 0] + plane[seen] * (1 - share[:, 0])
+            solid[:, 0], plane[seen], opacity[:, 0] + plane[seen] * (1 - opacity[:, 0])
         )

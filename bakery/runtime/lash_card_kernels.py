@@ -1,6 +1,6 @@
-"""Inner loops of lashes and tear line: what `cards` says, sample by sample.
+"""Inner loops of lashes and tear line: what `lash_cards` says, sample by sample.
 
-Cards are laid together first, apart from the picture: what they add and what they let through, both
+They are laid together first, apart from the picture: what they add and what they let through, both
 in sRGB. So the picture is mixed with them once a sample, however many lie over each other.
 """
 
@@ -41,7 +41,7 @@ def lay_cards(
     box: tuple[int, int, int, int],
     out: np.ndarray,
 ) -> None:
-    """Lay the cards together, in the order of their faces, where nothing is before them.
+    """Lay lash cards and tear line together, in the order of their faces, where nothing is before them.
 
     Args:
         pixels: [V, 2] float64; inverse: [V] 1/depth, 0 behind the camera.
@@ -95,22 +95,22 @@ def lay_cards(
                 j0, j1 = min(max(j, 0), width - 1), min(max(j + 1, 0), width - 1)
                 p, q = (1 - s) * (1 - t), s * (1 - t)
                 r, e = (1 - s) * t, s * t
-                share = (
+                opacity = (
                     p * texture[i0, j0, 3] + q * texture[i0, j1, 3]
                     + r * texture[i1, j0, 3] + e * texture[i1, j1, 3]
                 )  # fmt: skip
-                if share < CLEAR:
+                if opacity < CLEAR:
                     continue
-                whole, share = share, min(share, np.float32(1)) * weights[f]
+                whole, opacity = opacity, min(opacity, np.float32(1)) * weights[f]
                 for k in range(3):
                     own = (
                         p * texture[i0, j0, k] + q * texture[i0, j1, k]
                         + r * texture[i1, j0, k] + e * texture[i1, j1, k]
                     )  # fmt: skip
-                    out[row, column, k] = out[row, column, k] * (1 - share) + share * encode(
+                    out[row, column, k] = out[row, column, k] * (1 - opacity) + opacity * encode(
                         own / whole
                     )
-                out[row, column, 3] *= 1 - share
+                out[row, column, 3] *= 1 - opacity
 
 
 @jit
@@ -129,10 +129,10 @@ def under(
 @jit
 def alone(card: np.ndarray) -> tuple[np.float32, np.float32, np.float32, np.float32]:
     """Cards [4] with nothing behind: colour multiplied by alpha, and alpha."""
-    share = 1 - card[3]
+    opacity = 1 - card[3]
     return (
-        decode(card[0] / share) * share,
-        decode(card[1] / share) * share,
-        decode(card[2] / share) * share,
-        share,
+        decode(card[0] / opacity) * opacity,
+        decode(card[1] / opacity) * opacity,
+        decode(card[2] / opacity) * opacity,
+        opacity,
     )

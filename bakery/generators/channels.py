@@ -1,7 +1,7 @@
-"""Conditions as planes of small integers: what a network sees, in training and in use.
+"""Conditioning channels: conditions as small integers, what a network sees in training and in use.
 
-Training shards hold these planes (`bakery.synth.pairs`), and a trained generator makes its input with
-the same function, so that the two cannot differ.
+Training shards hold these channels (`bakery.synth.pairs`), and a trained generator makes its input
+with the same functions, so that the two cannot differ.
 """
 
 from dataclasses import dataclass
@@ -9,7 +9,10 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from bakery.geometry.camera import to_camera
+from bakery.generators.expected_folds import fold_channels
+from bakery.generators.strain import landmark_fragments, strain_channels
+from bakery.geometry import harmonics
+from bakery.geometry.camera import project, to_camera
 from bakery.geometry.color import to_encoded
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.sample import interpolate
@@ -23,7 +26,7 @@ FACE_REACH = (15.0, 30.0)  # mm from the nearest landmark, mean head: the face i
 
 
 @dataclass(frozen=True)
-class Planes:
+class Channels:
     """One target as integers."""
 
     deformed: np.ndarray  # [H, W, 3] uint8 sRGB-encoded: the deformed neutral; 0 where nothing is
@@ -34,17 +37,17 @@ class Planes:
     face: np.ndarray  # [H, W] uint8: 255 on the face, feathered towards scalp, ears and throat
 
 
-def planes(head: HeadModel, conditions: Conditions) -> Planes:
+def condition_channels(head: HeadModel, conditions: Conditions) -> Channels:
     """Encode Conditions of a head model.
 
     Returns:
-        Planes.
+        Channels.
     """
     seen = conditions.part != NONE
     origin = -to_camera(np.zeros(3), conditions.camera)[2]
     ahead = np.where(seen, origin - conditions.depth, 0)  # mm towards the camera
     depth = np.clip(1 + 254 * (ahead - FAR) / (NEAR - FAR), 1, 255)
-    return Planes(
+    return Channels(
         deformed=encode(conditions.deformed_neutral) * seen[..., None],
         normals=np.round(conditions.normals * 127).astype(np.int8),
         depth=(np.round(depth) * seen).astype(np.uint8),
@@ -54,16 +57,42 @@ def planes(head: HeadModel, conditions: Conditions) -> Planes:
     )
 
 
-def shrunk_planes(planes: Planes, size: int) -> Planes:
-    """Planes drawn at several times the pixels [h, w] as planes of `size` pixels a side."""
+def shrunk_channels(channels: Channels, size: int) -> Channels:
+    """Channels drawn at several times the pixels [h, w] as channels of `size` pixels a side."""
 
-    def area(plane: np.ndarray) -> np.ndarray:
-        small = cv2.resize(plane.astype(np.float32), (size, size), interpolation=cv2.INTER_AREA)
-        return np.round(small).astype(plane.dtype)
+    def area(channel: np.ndarray) -> np.ndarray:
+        small = cv2.resize(channel.astype(np.float32), (size, size), interpolation=cv2.INTER_AREA)
+        return np.round(small).astype(channel.dtype)
 
-    part = cv2.resize(planes.part, (size, size), interpolation=cv2.INTER_NEAREST)
-    others = {name: area(plane) for name, plane in vars(planes).items() if name != "part"}
-    return Planes(part=part, **others)
+    part = cv2.resize(channels.part, (size, size), interpolation=cv2.INTER_NEAREST)
+    others = {name: area(channel) for name, channel in vars(channels).items() if name != "part"}
+    return Channels(part=part, **others)
+
+
+def expression_channels(subject, conditions, camera=None, wanted=("strain", "folds")):
+    """What an expression does to the skin: strain, and folds to expect.
+
+    Args:
+        subject: generators.base.Subject.
+        conditions: Conditions.
+        camera: Camera of the channels; None: that of the conditions.
+        wanted: names of channels; others are passed over.
+
+    Returns:
+        {name: [H, W, 2] uint8}.
+    """
+    channels = {}
+    if not {"strain", "folds"} & set(wanted):
+        return channels
+    head, expression, camera = subject.head, conditions.expression, camera or conditions.camera
+    pixels = project(head.landmarks(conditions.vertices), camera)
+    found = landmark_fragments(head, pixels, (camera.height, camera.width))
+    if "strain" in wanted:
+        channels["strain"] = strain_channels(head, expression, pixels, found)
+    if "folds" in wanted:
+        light = harmonics.turned(subject.light, subject.light_rotation.T)
+        channels["folds"] = fold_channels(head, expression, light, found)
+    return channels
 
 
 def encode(linear):
