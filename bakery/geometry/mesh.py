@@ -31,8 +31,8 @@ def edges(faces: np.ndarray) -> np.ndarray:
 def boundary_loops(faces: np.ndarray) -> list[list[int]]:
     """The open borders, as lists of vertices in the direction of their faces, longest first."""
     directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    inner = {(int(b), int(a)) for a, b in directed}
-    follow = {int(a): int(b) for a, b in directed if (int(a), int(b)) not in inner}
+    here, back = (directed.astype(np.int64) @ m for m in ([1 << 32, 1], [1, 1 << 32]))
+    follow = dict(directed[~np.isin(here, back)].tolist())
     loops = []
     while follow:
         start, vertex = next(iter(follow.items()))

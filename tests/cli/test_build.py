@@ -7,7 +7,7 @@ import pytest
 
 QUICK = [
     "--preset", "small", "--set", "texture.mouths=2", "--set", "texture.views=[0.0]",
-    "--generator", "rendered",
+    "--generator", "rendered", "--set", "bundle.formats=[]",
 ]  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).resolve().parent
-COUNT = 500  # of each kind; kinds with a slow reader take a share of it
+COUNT = 300  # of each kind, .ci/run reads 2,000; kinds with a slow reader take a share of it
 KINDS = (
     "textures masks head fit landmarks exr take sound clip photo manifest web glb others avatar scene "
     "placing"
@@ -47,9 +47,10 @@ def test_only_errors_of_ours_come_out(reports, kind):
     ]
     advice = f"\nagain: python tests/fuzz --replay NUMBER {kind}"
     assert not failures, "\n".join(failures) + advice
-    # Else the changes would not get past the first check, or would break nothing.
-    assert report["counts"].get("accepted", 0) > 0.05 * sum(report["counts"].values())
-    assert report["counts"].get("refused", 0) > 0.05 * sum(report["counts"].values())
+    cases = sum(report["counts"].values())
+    if cases > 20:  # else the changes would not get past the first check, or would break nothing
+        assert report["counts"].get("accepted", 0) > 0.05 * cases
+        assert report["counts"].get("refused", 0) > 0.05 * cases
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from bakery.geometry.mesh import closest_barycentric
 from bakery.heads.base import FOLLOW, PARTS, look, weights
 from bakery.heads.lashes import card_rectangle, card_texels, carried, own_vertices, with_lashes
+from bakery.heads.mesh.search import Nearest
 from bakery.show import frame as frames
 from bakery.stages.fit.lids import close_lids
 from bakery.types import EXPRESSIONS, Camera, Fit
@@ -29,11 +29,7 @@ def blink(weight):
 def distances(points, vertices, faces):
     """Distance [N] of points to the nearest of the faces, mm."""
     near = faces[np.linalg.norm(vertices[faces].mean(1) - points.mean(0), axis=1) < 32]
-    out = np.empty(len(points))
-    for k, point in enumerate(points):
-        bary = closest_barycentric(np.tile(point, (len(near), 1)), vertices[near].astype(float))
-        out[k] = np.linalg.norm(np.einsum("nk,nkc->nc", bary, vertices[near]) - point, axis=1).min()
-    return out
+    return Nearest(vertices, near).query(points)[2]
 
 
 @pytest.mark.parametrize("seed", range(3))
