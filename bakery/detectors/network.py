@@ -41,6 +41,11 @@ class NetworkOptions:
     # dark, blurred and noisy have 0.88 and more, textures taken for faces up to 0.57
     candidates: int = 12  # peaks that are looked at
     looks: int = 2  # of the points network; each after the first starts from the one before
+    portrait: float = 0.25  # of the photo's longer side: beside a face this large the finest level,
+    # which costs most, is left out; small faces behind it are nobody's portrait
+    settled: float = (
+        0.05  # of the face: one that moved less since the last look is not looked at again
+    )
     full_confidence_error: float = 0.1  # expected error, eye distances, at confidence 1/e
 
 
@@ -61,15 +66,32 @@ class NetworkDetector:
         Returns:
             list of Landmarks, surest first
         """
-        scores, found = self.find(image)
-        for _ in range(self.options.looks):
-            if not found:
-                return []
-            shapes, errors, presence = self.place(image, found)
+        levels = pyramid(image, self.options)
+        faces, peaks = [], []
+        for part in filter(None, (levels[1:], levels[:1])):
+            peaks += self.peaks(image, part)
+            faces = self._faces(image, *self._strongest(peaks))
+            if any(face.box[2:].max() > self.options.portrait * max(image.shape) for face in faces):
+                break
+        return faces
+
+    def _faces(self, image, scores, found):
+        """Those of the frames that show a face, surest first."""
+        if not found:
+            return []
+        shapes, errors, presence = self.place(image, found)
+        for _ in range(self.options.looks - 1):
+            before = found
             keep = np.flatnonzero(presence > self.options.presence / 2)
             shapes, errors, presence = shapes[keep], errors[keep], presence[keep]
-            scores = [scores[i] for i in keep]
+            scores, before = [scores[i] for i in keep], [before[i] for i in keep]
             found = [frames.frame_of_points(points) for points in shapes]
+            again = [i for i in range(len(keep)) if self._moved(before[i], found[i])]
+            if again:
+                new = self.place(image, [found[i] for i in again])
+                shapes[again], errors[again], presence[again] = new
+                for i in again:
+                    found[i] = frames.frame_of_points(shapes[i])
         scores = np.sqrt(np.multiply(scores, presence))
         faces, kept = [], []
         for i in np.argsort(-scores):
@@ -80,15 +102,24 @@ class NetworkDetector:
                 faces.append(self._landmarks(points, expected, scores[i]))
         return faces
 
-    def find(self, image):
-        """Where the finder sees faces: list of scores, list of FaceFrame, surest first."""
-        peaks = []
-        for level in pyramid(image, self.options):
+    def _moved(self, before, after):
+        """Whether another look at a face, at the frame of its points, can show more."""
+        off = np.linalg.norm(after.center - before.center) / after.size
+        turned = abs(np.angle(np.exp(1j * (after.roll - before.roll))))
+        return max(off, abs(np.log(after.size / before.size)), turned) > self.options.settled
+
+    def peaks(self, image, levels):
+        """Where the finder sees faces in levels of `pyramid`: list of (score, FaceFrame)."""
+        found = []
+        for level in levels:
             scale = level.shape[1] / image.shape[1], level.shape[0] / image.shape[0]
-            peaks += _peaks(self._run(self.finder, _padded(level))[0], scale, self.options)
-        peaks.sort(key=lambda peak: -peak[0])
+            found += _peaks(self._run(self.finder, _padded(level))[0], scale, self.options)
+        return found
+
+    def _strongest(self, peaks):
+        """The scores and frames of the peaks that are worth a look, surest first."""
         scores, kept = [], []
-        for score, frame in peaks:
+        for score, frame in sorted(peaks, key=lambda peak: -peak[0]):
             if len(kept) < self.options.candidates and not _repeats(frame, kept, SIZE_RATIO):
                 scores.append(score)
                 kept.append(frame)

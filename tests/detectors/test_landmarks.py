@@ -16,8 +16,9 @@ from click.testing import CliRunner
 from bakery import landmarks as marks
 from bakery.cli.evaluate import evaluate
 from bakery.detectors import network
+from bakery.evaluate.detection import point_error
 from bakery.evaluate.detection import stress as detection_stress
-from bakery.evaluate.detection.stress import stress
+from bakery.evaluate.detection.stress import placed, stress
 from bakery.formats.image import read_photo
 from bakery.formats.record import read_faces
 from bakery.stages.detect import detect_faces
@@ -91,7 +92,14 @@ def test_the_limits_tell_left_from_right():
 
 
 @pytest.mark.parametrize(
-    "change", ["96 px face in 1350x1350", "roll +30", "chin and forehead cut", "two faces"]
+    "change",
+    [
+        "36 px face in 900x700",
+        "96 px face in 1350x1350",
+        "roll +30",
+        "chin and forehead cut",
+        "two faces",
+    ],
 )
 def test_small_tilted_cut_and_double_faces_are_found(change):
     """Measured on this sample: all found, none too many, errors of 0.021 to 0.026."""
@@ -99,6 +107,30 @@ def test_small_tilted_cut_and_double_faces_are_found(change):
     assert result.right_count == result.photos == 1
     assert result.found == result.faces == (2 if change == "two faces" else 1)
     assert result.error_worst < 0.045, result
+
+
+def large_and_small(large):
+    """A face of some pixels beside one of 60 in 900x900."""
+    image, points = sample(SAMPLES[0])
+    picture, one = placed(image, points, large, 0, np.array([450, 350]), canvas())
+    small, other = placed(image, points, 60, 0, np.array([80, 800]), canvas())
+    picture[750:, :160] = small[750:, :160]
+    return picture, one, other
+
+
+def canvas():
+    return np.full((900, 900, 3), 110, np.uint8)
+
+
+def test_small_faces_behind_a_portrait_are_not_searched():
+    """A quarter of the picture makes a portrait; beside smaller faces all sizes are searched."""
+    picture, one, _ = large_and_small(400)
+    (face,) = network.load().detect(picture)
+    assert point_error(face.points, one).mean() < 0.03
+    picture, one, other = large_and_small(200)
+    found = sorted(network.load().detect(picture), key=lambda face: -face.box[2])
+    errors = [point_error(face.points, true).mean() for face, true in zip(found, (one, other))]
+    assert len(found) == 2 and max(errors) < 0.05
 
 
 def test_stress_is_measured_by_a_command(tmp_path, monkeypatch):

@@ -55,7 +55,8 @@ def test_pyramid_reaches_small_and_whole_frame_faces():
 
 def test_finder_peak_lands_on_its_photo_pixels():
     detector = network.NetworkDetector(StubFinder(), StubPoints())
-    _, (frame,) = detector.find(np.zeros((320, 320, 3), np.uint8))  # one level of 100 pixels
+    picture = np.zeros((320, 320, 3), np.uint8)  # one level of 100 pixels
+    ((_, frame),) = detector.peaks(picture, network.pyramid(picture, detector.options))
     assert_allclose(frame.center, [(5.5 + 0.25) * 8 * 3.2, 3.5 * 8 * 3.2])
     assert_allclose(frame.size, 48 * 3.2)
     assert frame.roll == 0

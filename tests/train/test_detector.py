@@ -164,7 +164,6 @@ def test_loss_that_is_not_finite_stops_the_run(pictures, head, tmp_path, monkeyp
 
 def test_crops_show_their_points(head):
     """A dot painted at each of a few points comes out where the target says, turned or mirrored."""
-    rng = torch.Generator().manual_seed(0)
     maps = batches.transform(
         torch.tensor([0.3, -0.4]), torch.tensor([0.5, 0.6]),
         torch.tensor([[0.1, 0.0], [0.0, 0.05]]), torch.tensor([False, True]),
@@ -180,7 +179,6 @@ def test_crops_show_their_points(head):
     v, u = torch.meshgrid(*[(torch.arange(96) + 0.5) / 96 - 0.5] * 2, indexing="ij")
     seen = torch.stack([(mass * axis).sum((1, 2)) / mass.sum((1, 2)) for axis in (u, v)], -1)
     assert_allclose(seen, batches.into(maps, place)[:, 0], atol=0.01)
-    assert rng.initial_seed() == 0
 
 
 def test_degraded_pictures_keep_their_shape_and_depend_on_the_seed():

@@ -154,6 +154,8 @@ def _two(rng, image, points):
 CHANGES = {
     "96 px face in 1350x1350": _small_in(1350, 1350, 96),
     "96 px face in 6000x4000": _small_in(6000, 4000, 96),
+    "48 px face in 900x700": _small_in(900, 700, 48),
+    "36 px face in 900x700": _small_in(900, 700, 36),
     "roll +30": _turned(30),
     "roll -30": _turned(-30),
     "whole frame": _whole_frame(1.1),
