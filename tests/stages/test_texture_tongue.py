@@ -5,7 +5,7 @@ import pytest
 
 from bakery.geometry.raster import rasterize
 from bakery.heads.base import PARTS, weights
-from bakery.stages.texture.tongue import CLEAR, MIDDLE, seat_tongue
+from bakery.stages.texture.tongue import CLEAR, MIDDLE, keep_in, seat_tongue
 
 INSIDE = (
     "skin", "mouth_cavity", "teeth_upper", "teeth_lower", "gums_upper", "gums_lower", "tongue",
@@ -72,3 +72,40 @@ def test_nothing_else_changes(head):
     assert sorted(shapes) == sorted(np.flatnonzero(weights({"jawOpen": 1, "tongueOut": 1})))
     jaw = int(np.flatnonzero(weights({"jawOpen": 1}))[0])
     assert np.isin(np.flatnonzero(changed[jaw]), head.part_vertices("tongue")).all()
+
+
+def test_behind_a_tongue_that_is_out_is_the_mouth_that_its_jaw_opens(head):
+    """Lips and teeth stand where tongueOut puts them; the tongue lies where it does at that jaw."""
+    neutral, own = person(head, 1)
+    kept = keep_in(own)
+    shape = kept.vertices(neutral, weights({"tongueOut": 1.0}))
+    tongue = own.part_vertices("tongue")
+    others = np.setdiff1d(np.arange(len(neutral)), tongue)
+    out = own.vertices(neutral, weights({"tongueOut": 1.0}))
+    np.testing.assert_array_equal(shape[others], out[others])
+    teeth = own.part_vertices("teeth_lower")
+    jaw = own.vertices(neutral, weights({"jawOpen": 1.0}))
+    share = np.linalg.norm(shape[teeth] - neutral[teeth]) / np.linalg.norm(
+        jaw[teeth] - neutral[teeth]
+    )
+    assert 0.2 < share < 0.6
+    same = own.vertices(neutral, weights({"jawOpen": share}))
+    np.testing.assert_allclose(shape[tongue], same[tongue], atol=0.05)
+    assert out[tongue, 2].max() > shape[tongue, 2].max() + 15
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("smile", [0.0, 0.8])
+def test_no_lip_shows_through_a_tongue(head, seed, smile):
+    """Between the lips and its tip, the column in the middle of the tongue is the tongue alone."""
+    neutral, own = person(head, seed)
+    pose = weights({"tongueOut": 1.0, "mouthSmileLeft": smile, "mouthSmileRight": smile})
+    shape = own.vertices(neutral, pose).astype(float)
+    middle = neutral[own.part_vertices("mouth_sheet")].mean(0)
+    pixels = (shape - middle)[:, :2] * [5, -5] + [200, 150]
+    faces = own.part_faces("skin", "tongue")
+    found = rasterize(pixels, 600 - shape[:, 2], own.faces[faces], (450, 400), cull=True)
+    mine = (found.face >= 0) & (own.face_part[faces[found.face]] == PARTS.index("tongue"))
+    for column in range(190, 211, 5):
+        rows = np.flatnonzero(mine[:, column])
+        assert len(rows) > 5 * 6 and len(rows) == np.ptp(rows) + 1

@@ -23,8 +23,8 @@ NARROW, THIN = 0.8, 0.85  # of its width and of its thickness are left where it 
 ROUND = 2.5  # mm that the middle of its tip reaches farther than its sides
 MIDDLE = 8.0  # mm to each side: the incisors, and what passes between them
 CLEAR = 0.5  # mm between the tongue and the upper incisors
-OVER = 3.0  # mm of it above the lower lip
-MOST_JAW, MOST_LIFT = 0.6, 8.0  # share of jawOpen, and mm, that a tongue may take
+OVER = 3.6  # mm of it above the lower lip
+MOST_JAW, MOST_LIFT = 0.6, 9.0  # share of jawOpen, and mm, that a tongue may take
 BENDS = (1.0, 6.0)  # mm before the upper incisors, over which it rises to the lip
 STEP = 3.0  # mm: the tongue's rings lie up to 3 mm apart
 DIM = 0.8  # of the light from the front that it has at least: light passes through a tip
@@ -127,6 +127,12 @@ def _rise(tongue: np.ndarray, lip: np.ndarray, edge: np.ndarray) -> np.ndarray:
     aside = (tongue[:, 0] - np.median(column[:, 0])) / max(np.abs(tongue[hang < 0.5, 0]).max(), 1)
     round_off = ROUND * (1 - hang) * np.clip(1 - aside**2, 0, 1)
     return np.clip(ridge[1] + OVER - top, 0, MOST_LIFT) * bend * hang - round_off
+
+
+def comes_out(head: HeadModel) -> bool:
+    """Whether tongueOut opens the jaw for the tongue."""
+    out, teeth = EXPRESSION_INDEX["tongueOut"], head.part_vertices("teeth_lower")
+    return bool((head.expression_basis[out, teeth] != 0).any())
 
 
 def keep_in(head: HeadModel) -> HeadModel:
