@@ -251,7 +251,7 @@ def test_a_tongue_of_1_0_does_not_pierce_closed_lips(old_bundle, tmp_path):
     out = EXPRESSIONS.index("tongueOut")
     assert np.abs(basis[out, others]).max() > 1
     basis[out, others] = 0
-    save_head(replace(own, expression_basis=basis), folder / "head.npz")
+    save_head(folder / "head.npz", replace(own, expression_basis=basis))
     manifest = json.loads((folder / "avatar.json").read_text())
     entry = next(entry for entry in manifest["files"] if entry["path"] == "head.npz")
     data = (folder / "head.npz").read_bytes()
