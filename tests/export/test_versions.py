@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,6 @@ from bakery.export.open import open_avatar
 from bakery.export.schema import seal
 from bakery.export.validate import examine, problems
 from bakery.formats.files import digest
-from bakery.heads.file import load_head, save_head
 from bakery.show.page import page
 from bakery.types import EXPRESSIONS
 
@@ -240,25 +238,6 @@ def test_schemas_compile_in_strict_mode_and_accept_the_bundle(bundle, old_bundle
         assert done.returncode == 0, done.stderr
         new, old, wrong = json.loads(done.stdout)
         assert new == [] and old == [] and wrong != []
-
-
-def test_a_tongue_of_1_0_does_not_pierce_closed_lips(old_bundle, tmp_path):
-    """No player drew it then, and tongueOut said nothing of the jaw."""
-    folder = shutil.copytree(old_bundle, tmp_path / "old.avatar")
-    own = load_head(folder / "head.npz")
-    basis = own.expression_basis.copy()
-    others = np.setdiff1d(np.arange(len(own.mean)), own.part_vertices("tongue"))
-    out = EXPRESSIONS.index("tongueOut")
-    assert np.abs(basis[out, others]).max() > 1
-    basis[out, others] = 0
-    save_head(folder / "head.npz", replace(own, expression_basis=basis))
-    manifest = json.loads((folder / "avatar.json").read_text())
-    entry = next(entry for entry in manifest["files"] if entry["path"] == "head.npz")
-    data = (folder / "head.npz").read_bytes()
-    entry |= {"bytes": len(data), "sha256": digest(data)}
-    (folder / "avatar.json").write_text(json.dumps(manifest))
-    opened = open_avatar(folder).head
-    assert opened.expression_basis[out, opened.part_vertices("teeth_lower"), 1].min() < -2
 
 
 def test_the_morph_target_of_a_glb_brings_the_tongue_out(bundle):
