@@ -19,6 +19,7 @@ from bakery.stages.fit import fit, prepare
 from bakery.stages.fit.lids import close_lids
 from bakery.stages.fit.warp import residual_offsets
 from bakery.stages.segment import Segmentation, segment
+from bakery.stages.texture.tongue import seat_tongue
 from bakery.types import Fit, Landmarks, Photo
 
 log = logging.getLogger(__name__)
@@ -61,10 +62,11 @@ def fitted_neutral(head: HeadModel, fit: Fit) -> np.ndarray:
 def own_head(head: HeadModel, fit: Fit) -> tuple[HeadModel, np.ndarray]:
     """The head as this person has it, and its neutral shape [V, 3].
 
-    Its lids close on the eyes, and lashes and tear lines stand behind the vertices of `head`.
+    Its lids close on the eyes, its tongue makes room for itself, and lashes and tear lines stand
+    behind the vertices of `head`.
     """
     neutral = fitted_neutral(head, fit)
-    return with_lashes(close_lids(head, neutral), neutral)
+    return with_lashes(seat_tongue(close_lids(head, neutral), neutral), neutral)
 
 
 def check_head(where: Path | str, fit: Fit, head: HeadModel) -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from bakery.hair.base import Hair
 from bakery.heads.base import HeadModel
 from bakery.parallel import ahead
 from bakery.plugins import maker_of
+from bakery.stages.atlas import make_atlas
 from bakery.stages.condition import condition, face_camera
 from bakery.stages.generate import generate
 from bakery.stages.segment import Segmentation
@@ -25,6 +26,7 @@ from bakery.stages.texture import TextureOptions, gaze, keys, mouth
 from bakery.stages.texture.hair import mattes_of
 from bakery.stages.texture.neutral import Prepared, prepare
 from bakery.stages.texture.proxies import eye_caps, make_carrier
+from bakery.stages.texture.tongue import keep_in, tongue_light
 from bakery.types import Camera, Conditions, Fit, Landmarks, Photo, Textures
 
 AHEAD = (0.0, 0.0)  # degrees of gaze
@@ -45,7 +47,10 @@ class Painter:
         self.skin = keys.ratio_atlas(head, resolution)
         camera = face_camera(fit, head, subject.neutral)
         self.strip, self.caps = gaze.strip_camera(subject, camera), eye_caps(head, resolution)
-        self.piece, self.crop = mouth.cut(subject), mouth.crop_camera(subject, camera)
+        piece, self.crop = mouth.cut(subject), mouth.crop_camera(subject, camera)
+        # Players draw a tongue that is out before the picture of what is behind it.
+        self.piece = replace(piece, head=keep_in(piece.head))
+        self.tongue = tongue_light(subject, make_atlas(head, resolution))
         self.sheet = make_carrier(self.piece.head, "mouth_sheet", resolution)
         self.closed = mouth.closed_mouth(subject, self.sheet)
 
@@ -68,6 +73,11 @@ class Painter:
         picture = seen, generate(self.generator, self.piece, seen, interior_only=True)
         texture, lips = mouth.mouth_texture(picture, self.piece, self.sheet, self.closed)
         return {"texture": texture, "landmarks": lips}
+
+    def lit(self, texture: np.ndarray) -> np.ndarray:
+        """A face texture [T, T, 3] for players, which draw a tongue in no light but its own."""
+        lit: np.ndarray = (texture * self.tongue).astype(np.float16)
+        return lit
 
     @staticmethod
     def _seen(
@@ -150,8 +160,8 @@ def paint(
     of_gaze = list(painted("gaze", painter.gaze, directions, GAZES))
     of_mouths = list(painted("mouth", painter.mouth, poses, MOUTHS))
     return Textures(
-        neutral=prepared.subject.texture.astype(np.float16),
-        keys=np.stack([row["texture"] for row in of_keys]),
+        neutral=painter.lit(prepared.subject.texture),
+        keys=np.stack([painter.lit(row["texture"]) for row in of_keys]),
         key_names=wanted.key_names,
         key_weights=wanted.key_weights,
         source=prepared.source,

@@ -14,13 +14,13 @@ from bakery import landmarks as marks
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import to_encoded
-from bakery.heads.base import CARDS, EYES, FOLLOW, PARTS, HeadModel
+from bakery.heads.base import CARDS, CARRIERS, EYES, FOLLOW, PARTS, HeadModel
 from bakery.runtime import kernels, lash_card_kernels, shading
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import gaze_slide, lay_hair, nearest_gaze
 from bakery.runtime.lash_cards import card_sides, card_weights
 from bakery.runtime.mouth import neighbours
-from bakery.runtime.render import SAMPLES, SHOWN, Frame, paintable
+from bakery.runtime.render import BEHIND, SAMPLES, SHOWN, Frame, paintable
 from bakery.stages.texture.mouth import LIPS
 from bakery.types import Camera, Textures
 
@@ -81,6 +81,7 @@ class Player:
         starts = np.cumsum([0, *(height * width for height, width in sides)])
         self.texels = starts[-1]
         self.places = np.array([(n, w, h) for n, (h, w) in zip(starts, sides)])
+        self.places = self.places[[0, 1, 2, 3, 0]]  # the tongue lies on the skin's texture
         self._prepare_faces(head, shown)
         self._prepare_cards(head, cards)
         self.bytes = np.floor(
@@ -110,19 +111,20 @@ class Player:
         uv = head.uv[head.uv_faces[shown]].astype(np.float64)  # [F, 3, 2]
         self.corners = uv * size
         self.kind = np.zeros(len(shown), np.uint8)
-        for number, name in enumerate(SHOWN[1:], 1):
+        for number, name in enumerate(CARRIERS, 1):
             mine = head.face_part[shown] == PARTS.index(name)
             self.kind[mine] = number
             if mine.any():
                 left, top, width, height = head.uv_rectangles[name]
                 local = (uv[mine] - [left, top]) / [width, height]
                 self.corners[mine] = local * sizes[name]
+        self.kind[head.face_part[shown] == PARTS.index("tongue")] = shading.TONGUE
         self.sheet = np.unique(self.faces[self.kind == 1])
         across = -(-size // kernels.TILE)
         low = np.clip((self.corners.min(1) - 1.5) // kernels.TILE, 0, across - 1).astype(int)
         high = np.clip((self.corners.max(1) + 1.5) // kernels.TILE, 0, across - 1).astype(int)
         lists = [
-            [] if kind else [y * across + x for y in range(a[1], b[1] + 1) for x in range(a[0], b[0] + 1)]
+            [] if 0 < kind < shading.TONGUE else [y * across + x for y in range(a[1], b[1] + 1) for x in range(a[0], b[0] + 1)]
             for kind, a, b in zip(self.kind, low, high)
         ]  # fmt: skip
         self.tile_start = np.cumsum([0, *map(len, lists)]).astype(np.int32)
@@ -185,12 +187,13 @@ class Player:
         points = cameras.to_camera(self.vertices(expression, gaze), fine)
         pixels = cameras.project_camera(points, fine)
         depth = -points[:, 2]
+        depth[self.sheet] += BEHIND
         inverse = np.where(depth > 1e-6, 1 / np.where(depth > 1e-6, depth, 1), 0)
         box = kernels.rasterize(pixels, inverse, self.faces, SAMPLES, work.face, work.best)
         kernels.needed_tiles(
             work.face, box, SAMPLES, self.tile_start, self.tile_list, work.seen, work.needed
         )
-        skin, mouth, *caps = np.split(work.texels, self.places[1:, 0])
+        skin, mouth, *caps = np.split(work.texels, self.places[1:4, 0])
         product = textures.key_weights * (expression if dynamic else 0 * expression)
         kernels.blend_tiles(
             work.needed, self.squares, self.unit, *self.felt, product.astype(np.float32),
@@ -199,8 +202,9 @@ class Player:
         nearest = nearest_gaze(textures.gaze_directions, gaze)
         for cap, eye in zip(caps, self.eyes[nearest]):
             cap[:] = eye.reshape(-1, 4)
-        slides = np.zeros((4, 2))
-        slides[2:] = gaze_slide(gaze - textures.gaze_directions[nearest]) * self.places[2:, 1:]
+        slides = np.zeros((5, 2))
+        slide = gaze_slide(gaze - textures.gaze_directions[nearest])
+        slides[2:4] = slide * self.places[2:4, 1:]
         kernels.texture_planes(
             work.seen, pixels, inverse, self.faces, self.corners, self.kind, slides, work.planes
         )

@@ -5,6 +5,8 @@ import numpy as np
 from bakery.runtime.kernels import jit, place_on
 from bakery.runtime.lash_card_kernels import alone, under
 
+TONGUE = 4  # a kind of face: on the skin's texture, but no skin that a photo may not know
+
 
 @jit
 def shade(
@@ -14,7 +16,7 @@ def shade(
 
     Args:
         face: [H n, W n] int32, n = samples; box: as from `rasterize`.
-        kind: [F] uint8: 0 skin, 1 mouth sheet, 2 left and 3 right eye cap.
+        kind: [F] uint8: 0 skin, 1 mouth sheet, 2 left and 3 right eye cap, 4 tongue.
         planes: [F, 9], as from `texture_planes`.
         texels: [..., 4] float32: all textures, one behind the other; a fourth channel makes a texel
             16 bytes, which are read at once.
@@ -59,7 +61,9 @@ def shade(
                     if covered:
                         r, g, b = under(cards[here, there], r, g, b)
                     red, green, blue = red + r, green + g, blue + b
-                    if whole:
+                    if whole and which == TONGUE:
+                        known += np.float32(1)
+                    elif whole:
                         known += (
                             p * texels[i, 3]
                             + q * texels[j, 3]

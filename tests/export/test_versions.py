@@ -5,6 +5,7 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+import pygltflib
 import pytest
 
 from bakery.errors import BundleError
@@ -237,3 +238,15 @@ def test_schemas_compile_in_strict_mode_and_accept_the_bundle(bundle, old_bundle
         assert done.returncode == 0, done.stderr
         new, old, wrong = json.loads(done.stdout)
         assert new == [] and old == [] and wrong != []
+
+
+def test_the_morph_target_of_a_glb_brings_the_tongue_out(bundle):
+    """Level 0 of head.glb: some vertex of tongueOut moves 15 mm forward, and the jaw makes way."""
+    gltf = pygltflib.GLTF2().load(str(bundle / "head.glb"))
+    out = EXPRESSIONS.index("tongueOut")
+    forward, down = [], []
+    for primitive in gltf.meshes[0].primitives:
+        accessor = gltf.accessors[primitive.targets[out]["POSITION"]]
+        forward.append((accessor.max or [0, 0, 0])[2])
+        down.append((accessor.min or [0, 0, 0])[1])
+    assert max(forward) > 0.015 and min(down) < -0.002

@@ -12,6 +12,7 @@ def noise_avatar(head):
     from bakery.heads.lashes import with_lashes
     from bakery.runtime.avatar import Avatar
     from bakery.stages.texture.mouth import mouth_landmarks, talking
+    from bakery.stages.texture.tongue import seat_tongue
     from bakery.types import EXPRESSIONS, Camera, Fit, Textures
 
     rng = np.random.default_rng(0)
@@ -23,7 +24,7 @@ def noise_avatar(head):
         low, high = np.min(planes), np.max(planes)
         return ((np.stack(planes, -1) - low) / (high - low)).reshape(shape)
 
-    head, neutral = with_lashes(head, head.mean)
+    head, neutral = with_lashes(seat_tongue(head, head.mean), head.mean)
     poses = np.stack([talking(rng) for _ in range(mouths)]).astype(np.float32)
     lips = [mouth_landmarks(head, neutral, head.vertices(neutral, pose)) for pose in poses]
     keys = (rng.random((6, 52)) * (rng.random((6, 52)) < 0.2)).astype(np.float32)

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from bakery.geometry.color import to_encoded
+from bakery.heads.base import PARTS, weights
 from bakery.runtime import kernels
 from bakery.runtime.mouth import mouth_picture, neighbours, weighted_median
 from bakery.runtime.player import COLORS, Player, sortable
-from bakery.runtime.render import draw, over_gray
+from bakery.runtime.render import SHOWN, draw, over_gray
 from bakery.stages.condition import face_camera
 from bakery.stages.texture.mouth import mouth_landmarks
 
@@ -94,6 +95,23 @@ def test_lips_are_those_of_the_reference(player, noise_avatar):
     lips = player.lips_rest + np.tensordot(expression, player.lips_basis, 1)
     np.testing.assert_allclose(lips, expected, atol=1e-5)
     assert mouth_picture(noise_avatar.textures, lips).shape == (15, 25, 3)
+
+
+def test_a_tongue_that_is_out_is_drawn_alike(player, noise_avatar):
+    """It stands before the mouth sheet, and over the photo it is the head's, not the photo's."""
+    head, gaze, seen = noise_avatar.head, np.zeros(2), []
+    camera = face_camera(noise_avatar.fit, head, noise_avatar.neutral, 0, 0, 160, 0.6)
+    work = player.workspace(160, 160)
+    tongue = head.face_part[head.part_faces(*SHOWN)] == PARTS.index("tongue")
+    for pose in (weights({"tongueOut": 1.0, "jawOpen": 0.2}), weights({"jawOpen": 0.8})):
+        vertices = head.vertices(noise_avatar.neutral, pose, gaze)
+        reference = draw(noise_avatar, vertices, camera, pose, gaze)
+        frame = player.frame(work, camera, pose, gaze)
+        apart = np.abs(reference.color - frame.color).max(-1)
+        assert (apart > 0.5 / 255).mean() < 2e-4
+        assert (np.abs(reference.face - frame.face) > 1e-3).mean() < 5e-4
+        seen.append(int(work.seen[tongue].sum()))
+    assert seen[0] > 20 and seen[1] == 0
 
 
 def test_sortable_numbers_sort_like_their_colours():

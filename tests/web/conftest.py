@@ -21,6 +21,7 @@ from bakery.runtime.avatar import Avatar
 from bakery.stages.atlas import make_atlas
 from bakery.stages.mask import activation_masks
 from bakery.stages.texture.mouth import mouth_landmarks
+from bakery.stages.texture.tongue import seat_tongue
 from bakery.types import EXPRESSIONS, Camera, Fit, Textures
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -73,7 +74,7 @@ def smooth(rng, size, blur, channels=3):
 def made_up(head):
     """An avatar of random textures: harder to match than a baked one, and no bake moves it."""
     rng = np.random.default_rng(3)
-    head, _ = with_lashes(head, head.mean)
+    head, _ = with_lashes(seat_tongue(head, head.mean), head.mean)
     zero = np.zeros(len(EXPRESSIONS), np.float32)
     camera = Camera(
         1500.0, np.array([200.0, 240.0]), np.array([0.05, -0.04, 0.02]),

@@ -252,6 +252,7 @@ export class Painter {
     gl.uniform3fv(head.at('light'), about.light.flat());
     gl.uniform2fv(head.at('cards'), this.#cards(view, weights));
     gl.uniform1f(head.at('lips'), this.lips);
+    gl.uniform1i(head.at('geometry'), Number(options.mouth === 'geometry'));
     gl.uniform2f(head.at('fade'), this.bottom + 2, this.bottom + FADE);
     gl.uniform4fv(head.at('frame'), frame);
     gl.uniform1f(head.at('tall'), view.height);

@@ -120,11 +120,12 @@ uniform isampler2DArray shapes;
 uniform int count;
 uniform vec2 moving[52]; // shape, millimetres of a step
 uniform vec2 cards; // how much of the left and of the right eye's lashes shows
+const float BEHIND = 8.0; // mm
 flat out float shows;
 out vec2 uv;
 out vec3 toward;
 out vec3 bent;
-out vec2 place; // mm: height and depth at rest
+out vec2 place; // mm: height at rest and depth
 flat out uint part;
 void main() {
   vec3 p = position;
@@ -135,9 +136,14 @@ void main() {
   part = piece;
   bent = normal.xyz;
   toward = mat3(view) * normal.xyz;
-  place = position.yz;
+  place = vec2(position.y, p.z);
   shows = position.x < 0.0 ? cards.y : cards.x;
-  gl_Position = projection * (view * vec4(p, 1.0));
+  vec4 seen = view * vec4(p, 1.0);
+  gl_Position = projection * seen;
+  if (piece == 3u) { // farther, for the tongue; render.BEHIND is the reference
+    vec4 behind = projection * (seen - vec4(0.0, 0.0, BEHIND, 0.0));
+    gl_Position.z = behind.z / behind.w * gl_Position.w;
+  }
 }`;
 
 export const HEAD_FRAGMENT = `
@@ -155,7 +161,7 @@ uniform vec4 places[3]; // rectangles of eye_cap_left, eye_cap_right, mouth_shee
 uniform ivec2 eyeCell, eyeCorner;
 uniform vec2 slide; // of the eyes' picture, beyond its own direction
 uniform int layer, shown;
-uniform bool lit, inPhoto, soft;
+uniform bool lit, inPhoto, soft, geometry;
 uniform vec3 light[9];
 uniform float lips; // mm: how far forward they are at rest
 uniform vec2 fade; // mm, where the bust ends and where it is whole
@@ -228,7 +234,7 @@ void main() {
   } else {
     c = texture(face, uv).rgb;
     if (part == 2u) known = texture(coverage, uv).r;
-    else c *= shade(lips - place.y) * vec3(1.0, 0.93, 0.9); // light falls off behind the lips
+    else if (geometry) c *= shade(lips - place.y) * vec3(1.0, 0.93, 0.9); // light falls off behind the lips
   }
   if (layer == 1) {
     ivec3 size = textureSize(masks, 0);
