@@ -129,7 +129,7 @@ class Conditions:
     expression: np.ndarray  # [E] weights
     gaze: np.ndarray  # [2] degrees: yaw, pitch
     vertices: np.ndarray  # [V, 3] mm, deformed, head space
-    fragments: Fragments  # skin, eyes and mouth interior; no carriers
+    fragments: Fragments  # skin, eyes and mouth interior; no proxies
     part: np.ndarray  # [H, W] uint8 into heads.base.PARTS, 255 for none
     normals: np.ndarray  # [H, W, 3] float32 unit, camera space; 0 for none
     depth: np.ndarray  # [H, W] float32 mm in front of the camera, inf for none
@@ -149,7 +149,7 @@ class Generated:
 
 @dataclass(frozen=True)
 class Textures:
-    """Everything that is painted on the atlas and the carriers; scene-linear Rec.709."""
+    """Everything that is painted on the atlas and the proxies; scene-linear Rec.709."""
 
     neutral: np.ndarray  # [T, T, 3] float16, T_0
     keys: np.ndarray  # [K, T, T, 3] float16, T_k
@@ -160,7 +160,7 @@ class Textures:
     hair: np.ndarray  # [T, T, 4] float16, colour multiplied by alpha: lies over all of the above
     gaze: np.ndarray  # [20, h, 2 w, 3] float16: left cap, right cap side by side
     gaze_directions: np.ndarray  # [20, 2] degrees
-    mouths: np.ndarray  # [M, h, w, 3] float16: the mouth sheet
+    mouths: np.ndarray  # [M, h, w, 3] float16: the mouth proxy
     mouth_landmarks: np.ndarray  # [M, n, 2] see runtime.mouth
     mouth_weights: np.ndarray  # [M, E] pose of each
     maker: Maker = Maker("unknown")  # the generator

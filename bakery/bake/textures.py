@@ -25,7 +25,7 @@ from bakery.stages.segment import Segmentation
 from bakery.stages.texture import TextureOptions, gaze, keys, mouth
 from bakery.stages.texture.hair import mattes_of
 from bakery.stages.texture.neutral import Prepared, prepare
-from bakery.stages.texture.proxies import eye_caps, make_carrier
+from bakery.stages.texture.proxies import eye_proxies, make_proxy
 from bakery.stages.texture.tongue import keep_in, tongue_light
 from bakery.types import Camera, Conditions, Fit, Landmarks, Photo, Textures
 
@@ -46,12 +46,12 @@ class Painter:
         self.views = keys.key_cameras(subject, fit, options.views)
         self.skin = keys.ratio_atlas(head, resolution)
         camera = face_camera(fit, head, subject.neutral)
-        self.strip, self.caps = gaze.strip_camera(subject, camera), eye_caps(head, resolution)
+        self.strip, self.caps = gaze.strip_camera(subject, camera), eye_proxies(head, resolution)
         piece, self.crop = mouth.cut(subject), mouth.crop_camera(subject, camera)
         # Players draw a tongue that is out before the picture of what is behind it.
         self.piece = replace(piece, head=keep_in(piece.head))
         self.tongue = tongue_light(subject, make_atlas(head, resolution))
-        self.sheet = make_carrier(self.piece.head, "mouth_sheet", resolution)
+        self.sheet = make_proxy(self.piece.head, "mouth_sheet", resolution)
         self.closed = mouth.closed_mouth(subject, self.sheet)
 
     def key(self, weights: np.ndarray) -> Arrays:
@@ -61,14 +61,14 @@ class Painter:
         return {"texture": keys.key_texture(pictures, self.subject, self.skin)}
 
     def gaze(self, direction: np.ndarray) -> Arrays:
-        """Both eye caps [h, 2 w, 3] of a gaze [2] degrees."""
+        """Both eye proxies [h, 2 w, 3] of a gaze [2] degrees."""
         expression = gaze.gaze_expression(direction)
         seen = self._seen(self.subject, expression, direction, self.strip)
         picture = seen, generate(self.generator, self.subject, seen)
         return {"texture": gaze.gaze_texture(picture, self.subject, self.caps)}
 
     def mouth(self, pose: np.ndarray) -> Arrays:
-        """The mouth sheet [h, w, 3] of a pose [E], and its lip landmarks [40, 2]."""
+        """The mouth proxy [h, w, 3] of a pose [E], and its lip landmarks [40, 2]."""
         seen = self._seen(self.piece, pose, AHEAD, self.crop)
         picture = seen, generate(self.generator, self.piece, seen, interior_only=True)
         texture, lips = mouth.mouth_texture(picture, self.piece, self.sheet, self.closed)

@@ -7,7 +7,7 @@ import numpy as np
 
 from bakery.export.glb import Surface
 from bakery.geometry.mesh import closest_barycentric, vertex_normals
-from bakery.heads.base import CARDS, CARRIERS
+from bakery.heads.base import CARDS, PROXIES
 from bakery.heads.lashes import card_rectangle
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
@@ -37,7 +37,7 @@ def head_surfaces(head, neutral):
 
 def proxy_surfaces(head, neutral):
     """What a player shows in place of mouth and eyes, as a list of Surfaces."""
-    return _surfaces(head, neutral, {name: (name,) for name in CARRIERS})
+    return _surfaces(head, neutral, {name: (name,) for name in PROXIES})
 
 
 def _surfaces(head, neutral, named):

@@ -12,7 +12,7 @@ from bakery.export.web import files as web
 from bakery.formats import exr, record
 from bakery.formats.image_header import read_header
 from bakery.formats.place import MANIFEST, is_litter
-from bakery.heads.base import CARRIERS
+from bakery.heads.base import PROXIES
 from bakery.heads.file import load_head
 from bakery.types import EXPRESSIONS
 
@@ -156,7 +156,7 @@ def _content_problems(path, name, manifest):
             nodes = [lod["node"] for lod in manifest["lods"]]
             return glb_problems(name, bundle.read_bytes(path), nodes, minor), []
         if name.endswith(".glb"):
-            meshes = ["head"] if name.startswith(f"{web.FOLDER}/") else CARRIERS
+            meshes = ["head"] if name.startswith(f"{web.FOLDER}/") else PROXIES
             return glb_problems(name, bundle.read_bytes(path), meshes, minor), []
         if name == web.DESCRIPTION:
             return _web_problems(path, name, manifest)

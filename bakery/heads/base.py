@@ -27,11 +27,12 @@ PARTS = (
     "tongue",
     "lashes",  # alpha cards
     "tear",  # alpha shells: lacrimal fluid, occlusion, blend
-    "mouth_sheet",  # image carrier: spans the inner lip contour
-    "eye_cap_left",  # image carrier: sphere cap in front of the eyeball, behind the lids
+    "mouth_sheet",  # proxy mesh: spans the inner lip contour
+    "eye_cap_left",  # proxy mesh: sphere cap in front of the eyeball, behind the lids
     "eye_cap_right",
 )
-CARRIERS = ("mouth_sheet", "eye_cap_left", "eye_cap_right")  # what the runtime shows
+# Proxy meshes: pictures of the mouth and of the eyes are shown on them. Files name them so.
+PROXIES = ("mouth_sheet", "eye_cap_left", "eye_cap_right")
 CARDS = ("lashes", "tear")  # drawn over the rest, as clear as the hair layer makes them
 INTERIOR = (  # what the generator's conditions show instead
     "eye_socket mouth_cavity eye_left eye_right teeth_upper teeth_lower gums_upper gums_lower tongue"
@@ -63,7 +64,7 @@ class HeadModel:
     expression_basis: np.ndarray  # [E, V, 3] float32 mm at weight 1, in the order of EXPRESSIONS
     landmark_faces: np.ndarray  # [L] int32: the face each landmark lies on
     landmark_barycentric: np.ndarray  # [L, 3] float32 where on it
-    # carrier or "cards" (lashes and tear line) -> [left, top, width, height] 0..1
+    # proxy or "cards" (lashes and tear line) -> [left, top, width, height] 0..1
     uv_rectangles: dict[str, list[float]] = field(default_factory=dict)
     whole: "HeadModel | None" = None  # what a piece (`cut`) is of
     whole_vertices: np.ndarray | None = None  # [V] the piece's vertices among those of the whole

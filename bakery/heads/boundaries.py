@@ -9,7 +9,7 @@ import numpy as np
 
 from bakery import landmarks as marks
 from bakery.geometry.raster import rasterize
-from bakery.heads.base import CARRIERS, PARTS, weights
+from bakery.heads.base import PARTS, PROXIES, weights
 
 SCALE = 16.0  # pixels per mm
 # Upper and lower rim of each opening, from the subject's right to the left.
@@ -39,7 +39,7 @@ class Front:
 
     def __init__(self, head, vertices, box):
         """box: left, bottom, right, top in mm."""
-        hidden = [PARTS.index(name) for name in (*CARRIERS, "lashes", "tear")]
+        hidden = [PARTS.index(name) for name in (*PROXIES, "lashes", "tear")]
         self.head, self.box = head, box
         self.shown = np.flatnonzero(~np.isin(head.face_part, hidden))
         pixels = np.stack(

@@ -14,7 +14,7 @@ from bakery.geometry import camera as cameras
 from bakery.geometry.mesh import boundary_loops
 from bakery.geometry.raster import rasterize
 from bakery.heads import boundaries
-from bakery.heads.base import CARRIERS, PARTS
+from bakery.heads.base import PARTS, PROXIES
 from bakery.heads.eyes import iris_vertices
 from bakery.heads.file import save_arrays
 from bakery.heads.place import place, place_head
@@ -165,7 +165,7 @@ def cast(head, vertices, camera, points, groups):
     reach = (high - low).max() * 1.3
     corner = (low + high) / 2 - reach / 2
     view = cameras.crop(camera, *corner, SIZE, SIZE, SIZE / reach)
-    shown = ~np.isin(head.face_part, [PARTS.index(p) for p in (*CARRIERS, "lashes", "tear")])
+    shown = ~np.isin(head.face_part, [PARTS.index(p) for p in (*PROXIES, "lashes", "tear")])
     shown = np.flatnonzero(shown)
     there = cameras.to_camera(vertices, view)
     seen = rasterize(

@@ -132,8 +132,8 @@ def eyeball(side, ball):
     )
 
 
-def eye_cap(side, ball, gap):
-    """The image carrier in front of an eyeball: part of a sphere that does not turn.
+def eye_proxy(side, ball, gap):
+    """The proxy mesh in front of an eyeball: part of a sphere that does not turn.
 
     It keeps the radius of the white, without the cornea's bulge: lids lie on the white, and a cap
     any larger would cut through them.

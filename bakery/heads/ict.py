@@ -14,11 +14,11 @@ from bakery.errors import InputError
 from bakery.formats import npz
 from bakery.formats.files import read_bytes
 from bakery.geometry.mesh import boundary_loops
-from bakery.heads.base import CARRIERS, PARTS
+from bakery.heads.base import PARTS, PROXIES
 from bakery.heads.embed import known_landmarks, on_faces
-from bakery.heads.eyes import Ball, eye_cap, eyeball, fit_ball
+from bakery.heads.eyes import Ball, eye_proxy, eyeball, fit_ball
 from bakery.heads.patch import Patch, boxed, follow_ids, join, place
-from bakery.heads.proxies import mouth_sheet
+from bakery.heads.proxies import mouth_proxy
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 LICENCE = "MIT, (c) 2020 USC Institute for Creative Technologies"
@@ -316,16 +316,16 @@ def build(source):
         key=lambda loop: body.mean[loop, 2].mean(),
     )
     jaw_open = body.expression[EXPRESSION_INDEX["jawOpen"]]
-    sheet = mouth_sheet(lips, body.mean, body.identity, body.expression, jaw_open)
+    sheet = mouth_proxy(lips, body.mean, body.identity, body.expression, jaw_open)
     patches = [body, boxed(sheet, BOXES["mouth_sheet"])]
     for side, ball in balls.items():
         ball = Ball(
             ball.center - origin, ball.radius, ball.iris, ball.center_modes, ball.scale_modes
         )
         patches.append(boxed(eyeball(side, ball), BOXES["eye_" + side]))
-        patches.append(boxed(eye_cap(side, ball, -0.2), BOXES["eye_cap_" + side]))
+        patches.append(boxed(eye_proxy(side, ball, -0.2), BOXES["eye_cap_" + side]))
     head = join(
-        patches, "ict", LICENCE, SOURCE, {name: BOXES[name] for name in (*CARRIERS, "cards")}
+        patches, "ict", LICENCE, SOURCE, {name: BOXES[name] for name in (*PROXIES, "cards")}
     )
     known = known_landmarks("ict")
     return on_faces(head, known["faces"], known["barycentric"]) if known else head

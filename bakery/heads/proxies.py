@@ -1,4 +1,4 @@
-"""The image carriers every head gets: the mouth sheet and the eye caps (see `heads.eyes`)."""
+"""The proxy meshes every head gets: the mouth proxy and the eye proxies (see `heads.eyes`)."""
 
 import numpy as np
 
@@ -43,7 +43,7 @@ def _spread(mean, line, columns):
     return out
 
 
-def mouth_sheet(ring, mean, identity, expression, jaw_open):
+def mouth_proxy(ring, mean, identity, expression, jaw_open):
     """A sheet that spans the inner lip contour; every row is a blend of the two lips, so whatever
     moves the lips moves the sheet.
 

@@ -69,7 +69,7 @@ def nearest_gaze(directions: ArrayLike, gaze: np.ndarray) -> int:
 
 
 def gaze_slide(rest: np.ndarray) -> np.ndarray:
-    """How far an eye cap's picture slides to look `rest` [2] degrees beyond its own direction.
+    """How far an eye proxy's picture slides to look `rest` [2] degrees beyond its own direction.
 
     The nearest of 20 pictures is up to several degrees off; its cap's chart is azimuthal, so that
     sliding it turns the eye by the rest.

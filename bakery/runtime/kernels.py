@@ -307,9 +307,9 @@ def mark_texels(
     planes: np.ndarray,
     marks: np.ndarray,
 ) -> int:
-    """Mark the texels [h, w] of one carrier that are visible; returns how many samples see it.
+    """Mark the texels [h, w] of one proxy that are visible; returns how many samples see it.
 
-    The box need not be larger than the carrier.
+    The box need not be larger than the proxy.
     """
     marks[:] = False
     height, width = marks.shape

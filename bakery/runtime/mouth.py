@@ -56,6 +56,6 @@ def weighted_median(pictures: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 
 def mouth_picture(textures: Textures, landmarks: np.ndarray) -> np.ndarray:
-    """The mouth sheet [h, w, 3] float32 linear of a frame with lip landmarks [n, 2]."""
+    """The mouth proxy [h, w, 3] float32 linear of a frame with lip landmarks [n, 2]."""
     index, weight = neighbours(textures.mouth_landmarks, landmarks)
     return weighted_median(textures.mouths[index], weight)

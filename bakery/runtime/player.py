@@ -14,7 +14,7 @@ from bakery import landmarks as marks
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import to_encoded
-from bakery.heads.base import CARDS, CARRIERS, EYES, FOLLOW, PARTS, HeadModel
+from bakery.heads.base import CARDS, EYES, FOLLOW, PARTS, PROXIES, HeadModel
 from bakery.runtime import kernels, lash_card_kernels, shading
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import gaze_slide, lay_hair, nearest_gaze
@@ -111,7 +111,7 @@ class Player:
         uv = head.uv[head.uv_faces[shown]].astype(np.float64)  # [F, 3, 2]
         self.corners = uv * size
         self.kind = np.zeros(len(shown), np.uint8)
-        for number, name in enumerate(CARRIERS, 1):
+        for number, name in enumerate(PROXIES, 1):
             mine = head.face_part[shown] == PARTS.index(name)
             self.kind[mine] = number
             if mine.any():

@@ -20,7 +20,7 @@ from bakery.types import Camera, Textures
 
 SAMPLES = 2  # per pixel and axis
 SHOWN = ("skin", "mouth_sheet", "eye_cap_left", "eye_cap_right", "tongue")
-# The mouth sheet stands this far behind its place where it hides the tongue: else a tongue that comes
+# The mouth proxy stands this far behind its place where it hides the tongue: else a tongue that comes
 # out would end at a line between the lips. At rest, and in each mouth that is baked, the tongue is
 # 15 mm behind it (9 mm with rolled lips), and the skin beside it hides as much of it as before.
 BEHIND = 8.0  # mm
@@ -82,7 +82,7 @@ def draw(
     uv = interpolate(found, head.uv[head.uv_faces[faces]])
     color = bilinear(skin, uv * skin.shape[0]) * hit[..., None]
 
-    carriers = {
+    proxies = {
         "mouth_sheet": mouth_picture(textures, mouth_landmarks(head, avatar.neutral, vertices))
     }
     nearest = nearest_gaze(textures.gaze_directions, gaze)
@@ -90,10 +90,8 @@ def draw(
     slide = gaze_slide(gaze - textures.gaze_directions[nearest])
     half = eyes.shape[1] // 2
     for which, eye in enumerate(EYES):
-        carriers["eye_cap_" + eye] = np.ascontiguousarray(
-            eyes[:, which * half : (which + 1) * half]
-        )
-    for name, picture in carriers.items():
+        proxies["eye_cap_" + eye] = np.ascontiguousarray(eyes[:, which * half : (which + 1) * half])
+    for name, picture in proxies.items():
         mine = part == PARTS.index(name)
         if mine.any():
             left, top, width, height = head.uv_rectangles[name]

@@ -16,7 +16,7 @@ def shade(
 
     Args:
         face: [H n, W n] int32, n = samples; box: as from `rasterize`.
-        kind: [F] uint8: 0 skin, 1 mouth sheet, 2 left and 3 right eye cap, 4 tongue.
+        kind: [F] uint8: 0 skin, 1 mouth proxy, 2 left and 3 right eye proxy, 4 tongue.
         planes: [F, 9], as from `texture_planes`.
         texels: [..., 4] float32: all textures, one behind the other; a fourth channel makes a texel
             16 bytes, which are read at once.

@@ -12,7 +12,7 @@ from bakery.geometry.fill import smoothstep
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
-from bakery.heads.base import CARRIERS, PARTS, HeadModel
+from bakery.heads.base import PARTS, PROXIES, HeadModel
 from bakery.memo import once_per_object
 from bakery.types import Camera
 
@@ -85,8 +85,8 @@ class Atlas:
 
 
 def make_atlas(head: HeadModel, size: int) -> Atlas:
-    """Rasterise the uv layout of a head at `size` texels a side (carriers left out)."""
-    keep = np.flatnonzero(~np.isin(head.face_part, [PARTS.index(name) for name in CARRIERS]))
+    """Rasterise the uv layout of a head at `size` texels a side (proxies left out)."""
+    keep = np.flatnonzero(~np.isin(head.face_part, [PARTS.index(name) for name in PROXIES]))
     fragments = rasterize(head.uv * size, None, head.uv_faces[keep], (size, size))
     index = np.flatnonzero(fragments.face.ravel() >= 0)
     face = keep[fragments.face.ravel()[index]].astype(np.int32)
@@ -110,7 +110,7 @@ def make_view(
     head: HeadModel,
     camera: Camera,
     edge: float = 2.5,
-    hidden: Sequence[str] = CARRIERS,
+    hidden: Sequence[str] = PROXIES,
 ) -> View:
     """Prepare a shape [V, 3] (head space) for `unwrap` through `camera`.
 

@@ -14,7 +14,7 @@ from bakery.export.schema import seal
 from bakery.export.validate import problems
 from bakery.export.validate_glb import glb_problems
 from bakery.formats.files import digest
-from bakery.heads.base import CARRIERS
+from bakery.heads.base import PROXIES
 
 
 def is_noticed(folder):
@@ -146,7 +146,7 @@ def test_malformed_descriptions_of_glb_are_findings(bundle, glb):
     """Anything in the place of anything: a list of lines, never an error."""
     split, join = glb
     document, rest = split((bundle / "proxies.glb").read_bytes())
-    assert glb_problems("a", join(document, rest), CARRIERS, 1) == []
+    assert glb_problems("a", join(document, rest), PROXIES, 1) == []
     places = sorted(set(places_in(document)) - {()}, key=str)
     structure = [at for at in places if len(at) < 4]
     rng = np.random.default_rng(2)
@@ -157,7 +157,7 @@ def test_malformed_descriptions_of_glb_are_findings(bundle, glb):
         for step in at[:-1]:
             table = table[step]
         table[at[-1]] = WRONG[int(rng.integers(len(WRONG)))]
-        found = glb_problems("a", join(broken, rest), CARRIERS, 1)
+        found = glb_problems("a", join(broken, rest), PROXIES, 1)
         assert all(isinstance(line, str) and "\n" not in line for line in found)
     deep = b'{"meshes": ' + b"[" * 100_000
     deep += b" " * (-len(deep) % 4)
@@ -165,13 +165,13 @@ def test_malformed_descriptions_of_glb_are_findings(bundle, glb):
         whole = join({}, rest)
         start = whole[:8] + (20 + len(text) + len(rest)).to_bytes(4, "little")
         data = start + len(text).to_bytes(4, "little") + b"JSON" + text + rest
-        assert glb_problems("a", data, CARRIERS, 1) == ["a: its description is damaged"]
+        assert glb_problems("a", data, PROXIES, 1) == ["a: its description is damaged"]
 
 
 def test_cut_glb(bundle):
     data = (bundle / "proxies.glb").read_bytes()
     for size in (0, 3, 11, 20, 27, 100, len(data) - 1):
-        assert len(glb_problems("a", data[:size], CARRIERS, 1)) == 1
+        assert len(glb_problems("a", data[:size], PROXIES, 1)) == 1
 
 
 @pytest.mark.parametrize("name", ["avatar.json", "face.exr", "head.npz", "web/avatar.json"])

@@ -132,7 +132,7 @@ CASES = {
     "masks marked as colour": ("masks.exr", dict, exr.LINEAR, "is not marked as data"),
     "data with chromaticities": ("coverage.exr", dict, exr.LINEAR, "needs none, for it is data"),
     "colour without chromaticities": ("face.exr", dict, exr.DATA, "needs those of Rec.709"),
-    "one mouth sheet too few": ("mouth.exr", lambda parts: {"a": parts.popitem()[1]}, exr.LINEAR,
+    "one mouth too few": ("mouth.exr", lambda parts: {"a": parts.popitem()[1]}, exr.LINEAR,
         "lacks part 'mouths"),
     "mouths that do not divide": ("mouth.exr", lambda parts: {n: p[:, :-1] for n, p in parts.items()},
         exr.LINEAR, "does not divide into"),

@@ -5,7 +5,7 @@ import pytest
 
 from bakery.geometry.raster import rasterize
 from bakery.heads import embed
-from bakery.heads.base import CARRIERS, PARTS, weights
+from bakery.heads.base import PARTS, PROXIES, weights
 from bakery.heads.file import BUILT_IN, load_head
 from bakery.heads.report.numbers import atlas_stretch, face_texels
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
@@ -27,7 +27,7 @@ def test_it_is_small(head):
 def test_it_has_every_part_but_tears(head):
     missing = {name for k, name in enumerate(PARTS) if not (head.face_part == k).any()}
     assert missing <= {"tear"}
-    assert set(head.uv_rectangles) == {*CARRIERS, "cards"}
+    assert set(head.uv_rectangles) == {*PROXIES, "cards"}
 
 
 def test_the_atlas_has_no_overlap(head):
@@ -54,8 +54,8 @@ def test_the_skin_chart_is_mirrored(head):
     assert missing == 0
 
 
-def test_carriers_fill_their_rectangles(head):
-    for name in CARRIERS:
+def test_proxies_fill_their_rectangles(head):
+    for name in PROXIES:
         left, top, width, height = head.uv_rectangles[name]
         uv = head.uv[head.uv_faces[head.part_faces(name)]].reshape(-1, 2)
         np.testing.assert_allclose(uv.min(0), [left, top], atol=1e-5)
@@ -117,7 +117,7 @@ def test_iris_points_lie_on_the_iris(head):
 
 def seen_parts(head, vertices, yaw=0.0):
     turn = np.radians(yaw)
-    shown = ~np.isin(head.face_part, [PARTS.index(p) for p in (*CARRIERS, "lashes", "tear")])
+    shown = ~np.isin(head.face_part, [PARTS.index(p) for p in (*PROXIES, "lashes", "tear")])
     x = vertices[:, 0] * np.cos(turn) - vertices[:, 2] * np.sin(turn)
     z = vertices[:, 0] * np.sin(turn) + vertices[:, 2] * np.cos(turn)
     pixels = np.stack([300 + 3 * x, 200 - 3 * vertices[:, 1]], -1)

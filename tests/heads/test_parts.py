@@ -1,4 +1,4 @@
-"""The pieces a head is built of: subdivision, charts, eyeballs, carriers, teeth."""
+"""The pieces a head is built of: subdivision, charts, eyeballs, proxies, teeth."""
 
 import numpy as np
 import pytest
@@ -104,7 +104,7 @@ def test_ball_modes_are_found():
 
 def test_cap_is_part_of_a_sphere_about_the_eye():
     ball = eyes.Ball(np.zeros(3), 12.0, 27.0, np.zeros((0, 3)), np.zeros(0))
-    cap = eyes.eye_cap("right", ball, 0.3)
+    cap = eyes.eye_proxy("right", ball, 0.3)
     np.testing.assert_allclose(np.linalg.norm(cap.mean, axis=1), 12.3)
     assert (face_normals(cap.mean, cap.faces)[:, 2] > 0).all()
 
@@ -117,11 +117,11 @@ def mouth():
     return ring, opening
 
 
-def test_mouth_sheet_follows_the_lips():
+def test_mouth_proxy_follows_the_lips():
     ring, opening = mouth()
     shapes = np.zeros((52, len(ring), 3))
     shapes[7] = opening
-    patch = proxies.mouth_sheet(np.arange(24), ring, np.zeros((1, 24, 3)), shapes, opening)
+    patch = proxies.mouth_proxy(np.arange(24), ring, np.zeros((1, 24, 3)), shapes, opening)
     columns, rows = proxies.SHEET_COLUMNS + 1, proxies.SHEET_ROWS + 1
     grid = patch.mean.reshape(rows, columns, 3)
     assert grid[0, :, 1].min() > -1e-6 and grid[-1, :, 1].max() < 1e-6, "upper lip first"

@@ -98,7 +98,7 @@ def test_lips_are_those_of_the_reference(player, noise_avatar):
 
 
 def test_a_tongue_that_is_out_is_drawn_alike(player, noise_avatar):
-    """It stands before the mouth sheet, and over the photo it is the head's, not the photo's."""
+    """It stands before the mouth proxy, and over the photo it is the head's, not the photo's."""
     head, gaze, seen = noise_avatar.head, np.zeros(2), []
     camera = face_camera(noise_avatar.fit, head, noise_avatar.neutral, 0, 0, 160, 0.6)
     work = player.workspace(160, 160)

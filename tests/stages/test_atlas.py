@@ -6,7 +6,7 @@ import pytest
 from bakery.geometry.camera import project
 from bakery.geometry.sample import bilinear
 from bakery.stages.atlas import make_atlas, make_view, visibility_of
-from bakery.stages.texture.proxies import eye_caps, make_carrier
+from bakery.stages.texture.proxies import eye_proxies, make_proxy
 from bakery.types import Camera
 
 FRONT = Camera(
@@ -61,9 +61,9 @@ def test_gutter_takes_the_nearest_colour(head, atlas):
     assert set(np.unique(filled)) <= {0.0, 1.0}
 
 
-def test_carriers_fill_their_rectangles(head):
-    """A carrier's own uv, interpolated, runs over its rectangle; the sheet nearly fills it."""
-    sheet = make_carrier(head, "mouth_sheet", 1024)
+def test_proxies_fill_their_rectangles(head):
+    """A proxy's own uv, interpolated, runs over its rectangle; the sheet nearly fills it."""
+    sheet = make_proxy(head, "mouth_sheet", 1024)
     assert sheet.inside.mean() > 0.9
-    for cap in eye_caps(head, 1024):
+    for cap in eye_proxies(head, 1024):
         assert 0.6 < cap.inside.mean() < 0.85  # a disc in a square: pi / 4

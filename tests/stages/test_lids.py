@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bakery.geometry.raster import rasterize
-from bakery.heads.base import CARRIERS, weights
+from bakery.heads.base import PROXIES, weights
 from bakery.stages.fit.lids import LOWER, UPPER, close_lids
 
 BLINK = weights({"eyeBlinkLeft": 1, "eyeBlinkRight": 1})
@@ -16,7 +16,7 @@ def test_no_eye_shows_through_a_blink(head, seed):
     neutral = head.neutral(rng.normal(size=len(head.identity_basis)))
     own = close_lids(head, neutral)
     shut = own.vertices(neutral, BLINK, (0, 0)).astype(float)
-    hidden = head.part_faces(*CARRIERS, "lashes", "tear")
+    hidden = head.part_faces(*PROXIES, "lashes", "tear")
     shown = np.setdiff1d(np.arange(len(head.faces)), hidden)
     for yaw in (-40, 0, 40):
         c, s = np.cos(np.radians(yaw)), np.sin(np.radians(yaw))

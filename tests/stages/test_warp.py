@@ -63,7 +63,7 @@ def test_hard_parts_move_rigidly(head):
             assert np.ptp(offsets[rows], axis=0).max() < 1e-4, part
 
 
-def test_mouth_sheet_hangs_on_the_lips(head):
+def test_mouth_proxy_hangs_on_the_lips(head):
     faces = head.faces[head.part_faces("mouth_sheet")]
     rim = np.unique(np.concatenate(mesh.boundary_loops(faces)))
     asked = smooth_field(head)

@@ -10,7 +10,7 @@ from bakery.export.open import open_avatar
 from bakery.export.web.glb import web_glb
 from bakery.export.web.head import PIECES, surfaces
 from bakery.formats import meshopt
-from bakery.heads.base import CARRIERS, PARTS, weights
+from bakery.heads.base import PARTS, PROXIES, weights
 from bakery.heads.lashes import with_lashes
 from bakery.types import EXPRESSIONS
 
@@ -43,7 +43,7 @@ def test_whole_head_in_three(bundle, node, tmp_path):
     assert seen["names"] == list(EXPRESSIONS) and seen["scenes"] == 1
     assert seen["materials"] == ["skin", "eyes", "teeth", "tongue", "tear", "lashes"]
     avatar = open_avatar(bundle)
-    hidden = [PARTS.index(name) for name in CARRIERS]
+    hidden = [PARTS.index(name) for name in PROXIES]
     shown = avatar.head.faces[~np.isin(avatar.head.face_part, hidden)]
     points = avatar.neutral[np.unique(shown)] / 1000
     np.testing.assert_allclose(seen["box"], [points.min(0), points.max(0)], atol=1e-6)  # metres
@@ -55,10 +55,10 @@ def test_proxies_in_three(bundle, node, tmp_path):
     (tmp_path / "weights.json").write_text(json.dumps(mix.tolist()))
     seen = json.loads(node(__file__.replace("test_three.py", "three.mjs"), bundle / "proxies.glb",
                            tmp_path / "weights.json", tmp_path))  # fmt: skip
-    assert seen["names"] == list(EXPRESSIONS) and seen["materials"] == list(CARRIERS)
+    assert seen["names"] == list(EXPRESSIONS) and seen["materials"] == list(PROXIES)
     avatar = open_avatar(bundle)
     points = avatar.head.vertices(avatar.neutral, mix) / 1000
-    points = points[np.unique(avatar.head.faces[avatar.head.part_faces(*CARRIERS)])]
+    points = points[np.unique(avatar.head.faces[avatar.head.part_faces(*PROXIES)])]
     np.testing.assert_allclose(seen["box"], [points.min(0), points.max(0)], atol=1e-5)
 
 

@@ -4,15 +4,15 @@ import numpy as np
 
 from bakery.export.lod import cut_surface, shape_displacements, simplify
 from bakery.formats.record import camera_to_table, numbers
-from bakery.heads.base import CARDS, CARRIERS, GAZE_PITCH, GAZE_YAW, gaze_of
+from bakery.heads.base import CARDS, GAZE_PITCH, GAZE_YAW, PROXIES, gaze_of
 from bakery.heads.eyes import CAP_ANGLE
 from bakery.stages.condition import face_camera
 from bakery.stages.texture.mouth import mouth_landmarks
 from bakery.types import EXPRESSIONS
 
-PIECES = {  # name of the material -> parts; the carriers, then what lies behind the lips, then cards
+PIECES = {  # name of the material -> parts; the proxies, then what lies behind the lips, then cards
     "skin": ("skin",),
-    **{name: (name,) for name in CARRIERS},
+    **{name: (name,) for name in PROXIES},
     "inside": ("mouth_cavity",),
     "teeth": ("teeth_upper", "teeth_lower", "gums_upper", "gums_lower"),
     "tongue": ("tongue",),

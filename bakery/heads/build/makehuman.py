@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from bakery.geometry.mesh import boundary_loops
-from bakery.heads.base import CARRIERS, PARTS
+from bakery.heads.base import PARTS, PROXIES
 from bakery.heads.build import flatten
 from bakery.heads.build.charts import chart_of_disc, skin_chart
 from bakery.heads.build.control import (
@@ -23,9 +23,9 @@ from bakery.heads.build.orbit import lay_lids
 from bakery.heads.build.subdivide import refine
 from bakery.heads.build.teeth import LOWER, UPPER, Arch, affine_carry, gum, row_of_teeth
 from bakery.heads.embed import known_landmarks, with_landmarks
-from bakery.heads.eyes import Ball, eye_cap, eyeball, fit_ball
+from bakery.heads.eyes import Ball, eye_proxy, eyeball, fit_ball
 from bakery.heads.patch import Patch, boxed, follow_ids, join, part_ids, place
-from bakery.heads.proxies import mouth_sheet
+from bakery.heads.proxies import mouth_proxy
 from bakery.types import EXPRESSION_INDEX
 
 LICENCE = "CC0-1.0"
@@ -248,11 +248,11 @@ def build(raw, boxes=flatten.BOXES, known=None):
     patches.append(tongue_piece(raw, boxes["tongue"]))
     patches.append(piece(raw, "lashes", "skin", boxes["lashes"]))
     jaw = body.expression[EXPRESSION_INDEX["jawOpen"]]
-    sheet = mouth_sheet(lips, body.mean, body.identity, body.expression, jaw)
+    sheet = mouth_proxy(lips, body.mean, body.identity, body.expression, jaw)
     patches.append(boxed(sheet, boxes["mouth_sheet"]))
     for side, ball in zip(("left", "right"), balls):
-        patches.append(boxed(eye_cap(side, ball, 0.05), boxes["eye_cap_" + side]))
-    places = {name: boxes[name] for name in (*CARRIERS, "cards")}
+        patches.append(boxed(eye_proxy(side, ball, 0.05), boxes["eye_cap_" + side]))
+    places = {name: boxes[name] for name in (*PROXIES, "cards")}
     head = join(patches, "makehuman", LICENCE, SOURCE, places)
     # Coarser than what the number of threads changes, so that each build gives the same bytes.
     head = replace(head, mean=np.round(head.mean, 4) + 0.0, uv=np.round(head.uv, 6))

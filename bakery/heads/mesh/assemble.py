@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from bakery.errors import InputError, ModelError
-from bakery.heads.base import CARRIERS
+from bakery.heads.base import PROXIES
 from bakery.heads.build import flatten
 from bakery.heads.build.orbit import lay_lids
 from bakery.heads.mesh import flesh as fleshes
@@ -14,7 +14,7 @@ from bakery.heads.mesh import openings, parts, pose, register
 from bakery.heads.mesh.read import pieces, read_surface, simplified
 from bakery.heads.mesh.solve import need_scipy
 from bakery.heads.patch import boxed, join
-from bakery.heads.proxies import mouth_sheet
+from bakery.heads.proxies import mouth_proxy
 from bakery.heads.report.penetrate import DEEP, PAIRS, Contacts
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
@@ -77,12 +77,12 @@ def import_mesh(path, built_in, look, name, options=MeshOptions()):
     def assembled(flesh):
         body = lay_lids(flesh.patches[0], balls, seal=0.0)
         jaw_open = body.expression[EXPRESSION_INDEX["jawOpen"]]
-        sheet = mouth_sheet(flesh.lips, body.mean, body.identity, body.expression, jaw_open)
+        sheet = mouth_proxy(flesh.lips, body.mean, body.identity, body.expression, jaw_open)
         patches = [body, *flesh.patches[1:], *inner, boxed(sheet, flatten.BOXES["mouth_sheet"])]
         middle = (balls[0].center + balls[1].center) / 2
         patches = [replace(patch, mean=patch.mean - middle) for patch in patches]
         source = options.source or Path(path).name
-        places = {part: flatten.BOXES[part] for part in (*CARRIERS, "cards")}
+        places = {part: flatten.BOXES[part] for part in (*PROXIES, "cards")}
         head = join(patches, name, options.licence, source, places)
         head, back = teeth_back(fleshes.marked(head, flesh, middle))
         if back:

@@ -9,7 +9,7 @@ from bakery.heads.base import EYES
 from bakery.heads.build import flatten
 from bakery.heads.build.teeth import affine_carry, outward_faces
 from bakery.heads.embed import skin_rims
-from bakery.heads.eyes import Ball, eye_cap, eyeball, fit_ball
+from bakery.heads.eyes import Ball, eye_proxy, eyeball, fit_ball
 from bakery.heads.mesh.pose import similarity
 from bakery.heads.mesh.search import Nearest
 from bakery.heads.mesh.unwrap import unwrap
@@ -132,7 +132,7 @@ def eye_patches(pair):
     """Eyeballs and the caps in front of them, in the built-in head's places of the atlas."""
     for side, ball in zip(EYES, pair):
         yield boxed(eyeball(side, ball), flatten.BOXES["eye_" + side])
-        yield boxed(eye_cap(side, ball, CAP), flatten.BOXES["eye_cap_" + side])
+        yield boxed(eye_proxy(side, ball, CAP), flatten.BOXES["eye_cap_" + side])
 
 
 def has_mouth(told):

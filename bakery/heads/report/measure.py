@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from bakery.geometry.raster import rasterize
-from bakery.heads.base import CARRIERS, PARTS, weights
+from bakery.heads.base import PARTS, PROXIES, weights
 from bakery.heads.file import find_head, load_head
 from bakery.heads.place import place_head
 from bakery.heads.report.numbers import atlas_stretch, face_texels
@@ -21,7 +21,7 @@ def landmark_fit(head, points, sizes):
 
 def visible(head, vertices, yaw, names, size=900, width=130.0):
     """Pixels of the named parts seen from `yaw` degrees, without perspective, about the eyes."""
-    hidden = [PARTS.index(name) for name in (*CARRIERS, "lashes", "tear")]
+    hidden = [PARTS.index(name) for name in (*PROXIES, "lashes", "tear")]
     shown = ~np.isin(head.face_part, hidden)
     turn, scale = np.radians(yaw), size / width
     x = vertices[:, 0] * np.cos(turn) - vertices[:, 2] * np.sin(turn)

@@ -7,7 +7,7 @@ from bakery.geometry import rotation
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import interpolate
-from bakery.heads.base import CARRIERS, PARTS
+from bakery.heads.base import PARTS, PROXIES
 from bakery.heads.eyes import iris_vertices
 from bakery.heads.report.penetrate import singles
 
@@ -22,7 +22,7 @@ COLORS = {
     "tongue": (0.75, 0.35, 0.38),
 }
 WHITE, IRIS, PUPIL = (0.9, 0.9, 0.92), (0.32, 0.45, 0.6), (0.1, 0.1, 0.12)
-HIDDEN = (*CARRIERS, "lashes", "tear")
+HIDDEN = (*PROXIES, "lashes", "tear")
 BACKGROUND = 0.13
 LAMPS = (((-0.4, 0.5, 0.75), 0.72), ((0.7, 0.1, 0.5), 0.25))
 DISTANCE = 700.0  # mm from the camera to the middle of the picture

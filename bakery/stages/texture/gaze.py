@@ -1,4 +1,4 @@
-"""Gaze textures: both eye caps for each of the gaze directions (paGAN section 6)."""
+"""Gaze textures: both eye proxies for each of the gaze directions (paGAN section 6)."""
 
 from collections.abc import Sequence
 
@@ -13,7 +13,7 @@ from bakery.geometry import camera as cameras
 from bakery.geometry.fill import diffuse
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import look
-from bakery.stages.texture.proxies import Carrier
+from bakery.stages.texture.proxies import Proxy
 from bakery.types import EXPRESSIONS, Camera, Conditions, Generated
 
 SCALE = 2.0  # pixels of the eye strip per pixel of the generator's 512 picture
@@ -50,7 +50,7 @@ def gaze_expression(gaze: Sequence[float] | np.ndarray) -> np.ndarray:
 
 
 def gaze_texture(
-    picture: tuple[Conditions, Generated], subject: Subject, caps: Sequence[Carrier]
+    picture: tuple[Conditions, Generated], subject: Subject, caps: Sequence[Proxy]
 ) -> np.ndarray:
     """Both caps for one gaze: [h, 2 w, 3] float16 linear.
 
@@ -60,7 +60,7 @@ def gaze_texture(
 
     Args:
         picture: (Conditions, Generated) of the eye strip.
-        caps: see `texture.proxies.eye_caps`.
+        caps: see `texture.proxies.eye_proxies`.
     """
     seen, made = picture
     camera, gaze = seen.camera, seen.gaze

@@ -1,4 +1,4 @@
-"""Mouth textures: the mouth sheet for each of the mouth poses (paGAN section 6)."""
+"""Mouth textures: the mouth proxy for each of the mouth poses (paGAN section 6)."""
 
 from dataclasses import replace
 from functools import cache
@@ -17,7 +17,7 @@ from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel, weights
 from bakery.preset import find
 from bakery.stages.condition import SIZE
-from bakery.stages.texture.proxies import Carrier
+from bakery.stages.texture.proxies import Proxy
 from bakery.types import EXPRESSIONS, Camera, Conditions, Generated
 
 SCALE = 1.25  # pixels of the mouth crop per pixel of the generator's 512 picture
@@ -71,14 +71,14 @@ def crop_camera(subject: Subject, camera: Camera) -> Camera:
 
 
 def mouth_texture(
-    picture: tuple[Conditions, Generated], subject: Subject, sheet: Carrier, closed: np.ndarray
+    picture: tuple[Conditions, Generated], subject: Subject, sheet: Proxy, closed: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The mouth sheet in one pose, and where its lips stand.
+    """The mouth proxy in one pose, and where its lips stand.
 
     Args:
         picture: (Conditions, Generated) of the mouth crop.
         subject: what `cut` made.
-        sheet: the sheet as `texture.proxies.make_carrier` unwraps it.
+        sheet: the sheet as `texture.proxies.make_proxy` unwraps it.
         closed: [h, w, 3] what a mouth shows whose lips hide all of the sheet.
 
     Returns:
@@ -94,7 +94,7 @@ def mouth_texture(
     return texture.astype(np.float16), landmarks
 
 
-def closed_mouth(subject: Subject, sheet: Carrier) -> np.ndarray:
+def closed_mouth(subject: Subject, sheet: Proxy) -> np.ndarray:
     """What a closed mouth shows: its dark lining, [h, w, 3] float32 linear."""
     return np.full(sheet.shape + (3,), _lining(subject), np.float32)
 

@@ -1,4 +1,4 @@
-"""Image carriers: the mouth sheet and the eye caps, and how pictures are unwrapped onto them."""
+"""Proxy meshes: the mouth proxy and the eye proxies, and how pictures are unwrapped onto them."""
 
 from dataclasses import dataclass
 
@@ -10,8 +10,8 @@ from bakery.heads.base import EYES, HeadModel
 
 
 @dataclass(frozen=True)
-class Carrier:
-    """The texels of one carrier at one resolution."""
+class Proxy:
+    """The texels of one proxy at one resolution."""
 
     shape: tuple[int, int]  # h, w texels
     index: np.ndarray  # [N] flat texel numbers
@@ -23,19 +23,19 @@ class Carrier:
         return np.einsum("nk,nkc->nc", self.barycentric, np.asarray(values)[self.corners])
 
     def paint(self, values: np.ndarray) -> np.ndarray:
-        """Texel values [N, C] as a picture [h, w, C]; texels off the carrier are 0."""
+        """Texel values [N, C] as a picture [h, w, C]; texels off the proxy are 0."""
         out = np.zeros((self.shape[0] * self.shape[1],) + values.shape[1:], np.float32)
         out[self.index] = values
         return out.reshape(self.shape + values.shape[1:])
 
     @property
     def inside(self) -> np.ndarray:
-        """[h, w] float32: 1 on the carrier."""
+        """[h, w] float32: 1 on the proxy."""
         return self.paint(np.ones(len(self.index), np.float32))
 
 
-def make_carrier(head: HeadModel, name: str, size: int) -> Carrier:
-    """The carrier `name` at the resolution it has in an atlas of `size` texels a side."""
+def make_proxy(head: HeadModel, name: str, size: int) -> Proxy:
+    """The proxy `name` at the resolution it has in an atlas of `size` texels a side."""
     left, top, width, height = head.uv_rectangles[name]
     shape = (max(round(height * size), 8), max(round(width * size), 8))
     faces = head.part_faces(name)
@@ -43,7 +43,7 @@ def make_carrier(head: HeadModel, name: str, size: int) -> Carrier:
     uv = (head.uv - [left, top]) * scale
     found = rasterize(uv, None, head.uv_faces[faces], shape)
     index = np.flatnonzero(found.face.ravel() >= 0)
-    return Carrier(
+    return Proxy(
         shape,
         index,
         head.faces[faces[found.face.ravel()[index]]],
@@ -51,6 +51,6 @@ def make_carrier(head: HeadModel, name: str, size: int) -> Carrier:
     )
 
 
-def eye_caps(head: HeadModel, size: int) -> list[Carrier]:
-    """Both eye caps, left first."""
-    return [make_carrier(head, "eye_cap_" + eye, size) for eye in EYES]
+def eye_proxies(head: HeadModel, size: int) -> list[Proxy]:
+    """Both eye proxies, left first."""
+    return [make_proxy(head, "eye_cap_" + eye, size) for eye in EYES]

@@ -6,7 +6,7 @@ from click.testing import CliRunner
 
 from bakery.cli.heads import heads
 from bakery.errors import InputError, ModelError
-from bakery.heads.base import CARRIERS, PARTS
+from bakery.heads.base import PARTS, PROXIES
 from bakery.heads.file import load_head, save_head
 from bakery.heads.mesh import solve
 from bakery.heads.mesh.assemble import MeshOptions, import_mesh
@@ -79,7 +79,7 @@ def test_it_is_a_whole_head(again, tmp_path):
     found = again[0]
     missing = {name for k, name in enumerate(PARTS) if not (found.face_part == k).any()}
     assert missing == {"lashes", "tear"}  # both are made for each person
-    assert set(found.uv_rectangles) == {*CARRIERS, "cards"}
+    assert set(found.uv_rectangles) == {*PROXIES, "cards"}
     assert found.licence == "CC0-1.0" and found.source == "skin.obj"
     assert face_texels(found) > 200_000  # the built-in head has 365,000
     save_head(tmp_path / "again.npz", found)
