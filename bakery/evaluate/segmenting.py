@@ -51,7 +51,7 @@ def staged(
 
     def answers():
         nonlocal undetected
-        for picture, truth, dark, points in _portraits(folder, limit):
+        for picture, truth, dark, points, _ in painted_portraits(folder, limit):
             face = detect.detect_faces(picture)
             undetected += not face
             found = segment.segment(
@@ -72,7 +72,7 @@ def painted(folder: Path, network, limit: int | None = None) -> dict[str, float 
     """
 
     def answers():
-        for picture, label, dark, points in _portraits(folder, limit):
+        for picture, label, dark, points, _ in painted_portraits(folder, limit):
             shares, cast, matrix = segmenter.segment(network, picture, points)
             inside = _inside(label, matrix)
             truth, dark = (
@@ -84,8 +84,13 @@ def painted(folder: Path, network, limit: int | None = None) -> dict[str, float 
     return _measured(answers())
 
 
-def _portraits(folder, limit):
-    """Painted pictures before some background: [S, S, 3] uint8, classes, shadow, points found."""
+def painted_portraits(folder: Path, limit: int | None = None) -> Iterator[tuple]:
+    """Painted portraits before some background.
+
+    Yields:
+        picture [S, S, 3] uint8, classes [S, S] and cast shadow [S, S] (see `synth.portraits`),
+        points as a detector finds them and true ones, [478, 2] pixels each.
+    """
     table = portrait_shards.read(folder, limit)
     for k, (image, alpha, label, shadow, points) in enumerate(
         zip(*(table[name] for name in portrait_shards.ARRAYS))
@@ -94,7 +99,8 @@ def _portraits(folder, limit):
         share = alpha[..., None] / 255.0
         behind = procedural_background(rng, SIDE)
         picture = np.round(image * share + behind * (1 - share)).astype(np.uint8)
-        yield picture, label, shadow, points + rng.normal(size=2) * ERROR * marks.face_size(points)
+        found = points + rng.normal(size=2) * ERROR * marks.face_size(points)
+        yield picture, label, shadow, found, points
 
 
 def _measured(answers):

@@ -30,13 +30,20 @@ def _line(record):
 @options.detector
 @click.option("--set", "sets", multiple=True, help="Folder of PORTRAITS; may be repeated.")
 @click.option("--stress", is_flag=True, help="Small, tilted, cut and double faces instead.")
-def detect(portraits, detector, sets, stress):
+@click.option(
+    "--hidden", is_flag=True,
+    help="Confidence of hidden points instead; PORTRAITS is a folder of `bakery synth portraits`.",
+)  # fmt: skip
+def detect(portraits, detector, sets, stress, hidden):
     """Distance of detected from reference points, over the outer-eye-corner distance."""
     from bakery.evaluate import detection
+    from bakery.evaluate.detection import hidden as detection_hidden
     from bakery.evaluate.detection import stress as detection_stress
     from bakery.plugins import plug_in
 
     finder, sets = plug_in("detectors", detector), sets or detection.SETS
+    if hidden:
+        return _line(detection_hidden.measure(portraits, finder))
     if stress:
         for result in detection_stress.stress_folder(portraits, finder, sets):
             click.echo(detection.as_json(result))

@@ -3,8 +3,8 @@
 import { AvatarError, EXPRESSIONS } from './data.js';
 import { decodeIndices, decodeVertices } from './meshopt.js';
 
-// The order in which the pieces are drawn. The first four are the image-based head.
-export const PIECES = ['eye_cap_left', 'eye_cap_right', 'skin', 'mouth_sheet', 'inside', 'teeth', 'tongue', 'tear', 'lashes'];
+// The order in which the pieces are drawn. The first five are the image-based head, and its tongue.
+export const PIECES = ['eye_cap_left', 'eye_cap_right', 'skin', 'mouth_sheet', 'tongue', 'inside', 'teeth', 'tear', 'lashes'];
 export const CARDS = PIECES.slice(7); // seen through, from both sides; old bundles lack them
 const MOST_VERTICES = 65535;
 

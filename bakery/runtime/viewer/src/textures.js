@@ -143,7 +143,7 @@ export class Textures {
     const runs = (names) => names.filter((name) => head.ranges[name]).map((name) => head.ranges[name]);
     const solid = PIECES.filter((name) => !CARDS.includes(name));
     this.runs = {
-      image: [...join(runs(solid.slice(0, 4))), ...runs(['tongue'])],
+      image: join(runs(solid.slice(0, 5))),
       geometry: join(runs(solid.filter((name) => name !== 'mouth_sheet'))),
       cards: this.hairy ? join(runs(CARDS)) : [],
     };
