@@ -8,6 +8,7 @@ import ast
 import contextlib
 import io
 import math
+import sys
 import zipfile
 from collections.abc import Mapping
 
@@ -112,4 +113,9 @@ def _check_member(archive, member, name):
 
 def _read(archive, member):
     with archive.open(member) as stream:
-        return np.lib.format.read_array(stream, allow_pickle=False)
+        array = np.lib.format.read_array(stream, allow_pickle=False)
+    if array.dtype.kind == "U" and array.size:  # Python itself fails on numbers that are no letters
+        letters = np.ascontiguousarray(array).view(np.uint8).view(array.dtype.byteorder + "u4")
+        if letters.max() > sys.maxunicode:
+            raise NpzError(f"{member.filename.removesuffix(ENDING)[:60]!r} holds damaged text")
+    return array

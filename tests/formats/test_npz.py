@@ -100,6 +100,16 @@ def test_arrays_come_back():
     assert npz.pack_arrays(GOOD) == npz.pack_arrays(GOOD)
 
 
+@pytest.mark.parametrize("order", "<>")
+def test_text_that_is_no_letters_is_refused(order):
+    """Python fails with a SystemError on numbers above U+10FFFF (found by the fuzzer)."""
+    whole = np.array(["skin", "\U0010ffff"], f"{order}U8")
+    assert npz.unpack_arrays(packed(("a.npy", plain(whole))))["a"].tolist() == whole.tolist()
+    broken = plain(whole)[:-4] + np.array([0x110000], f"{order}u4").tobytes()
+    with pytest.raises(npz.NpzError, match="'a' holds damaged text"):
+        npz.unpack_arrays(packed(("a.npy", broken)))
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_every_reader_refuses_in_one_line(tmp_path, case):
     data, message = CASES[case]
