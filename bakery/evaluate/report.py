@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from bakery.bake.faces import one_face
-from bakery.bake.fitting import fit_portrait
+from bakery.bake.fitting import fit_portrait, fitted_neutral
 from bakery.errors import BakeryError
 from bakery.evaluate.avatar.pairs import Pair, quick
 from bakery.evaluate.avatar.pairs import measure as measure_pair
@@ -16,6 +16,7 @@ from bakery.evaluate.fitting import (
     synthetic_error,
     synthetic_portrait,
 )
+from bakery.evaluate.mouths import lip_error, mean_lip_error
 from bakery.formats.image import read_photo
 from bakery.formats.portraits import reference_points
 from bakery.stages.fit.albedo import load_albedo
@@ -31,17 +32,25 @@ def fits(portraits, head, detector=None, start=VALIDATION):
         detector: name of a detector, or None.
 
     Yields:
-        dict a photo: errors in percent of the outer-eye-corner distance, seconds of the fit.
+        dict a photo: errors in percent of the outer-eye-corner distance, seconds of the fit; `mouth`,
+        the lips without the warp (`mouths.lip_error`), and of a smiling photo `driven`, those of the
+        person's neutral photo, moved by the smiling one's weights.
     """
-    for path, points in reference_points(portraits, start).items():
+    shapes = {}
+    for path, points in sorted(reference_points(portraits, start).items()):
         photo = read_photo(path)
         fit, _ = fit_portrait(path, photo, landmarks_of(points), head)
+        shapes[path] = fitted_neutral(head, fit)
         row = {
             "name": path.stem,
             "kind": "smiling" if "smiling" in path.stem else "neutral",
             "given": landmark_error(fit, points),
+            "mouth": lip_error(head, head.neutral(fit.identity), fit, points),
             "seconds": fit.seconds,
         }
+        rest = path.with_name(path.name.replace("smiling", "neutral"))
+        if rest != path and rest in shapes:
+            row["driven"] = lip_error(head, shapes[rest], fit, points)
         if detector:
             try:
                 _, face = one_face(path, detector=detector, photo=photo)
@@ -59,6 +68,9 @@ def fit_summary(rows):
         given = [row["given"]["all"] for row in rows if row["kind"] == kind]
         if given:
             out[f"given_{kind}_percent"] = round(float(np.mean(given)), 3)
+    for name in ("mouth", "driven"):
+        if of := [row[name] for row in rows if name in row]:
+            out[name] = mean_lip_error(of)
     own = [row["detected"]["without_contour"] for row in rows if "detected" in row]
     if own:
         out["detected_without_contour_percent"] = round(float(np.mean(own)), 3)

@@ -32,10 +32,10 @@ from bakery.stages.fit.gaze import fit_gaze
 from bakery.stages.fit.landmarks import (
     Shape,
     Weights,
-    contour_weights,
     fit_points,
     landmark_terms,
     prior_terms,
+    see,
     start_camera,
 )
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
@@ -101,6 +101,7 @@ class Person:
             offsets: [468, 3] mm, where this person's landmarks lie besides.
         """
         moved = identity[: model.modes] @ model.identity
+        self.rest, self.opens = model.rest, model.opens[:, :0]
         self.mean = model.mean + moved.reshape(-1, 3) + offsets
         self.columns = np.ascontiguousarray(model.columns[:, :, model.modes :])
         self.expression = model.expression
@@ -143,10 +144,8 @@ def solve_identity(model, points, confidence, focal, width, height, options):
                 person, cameras[k], alone, seen, sure, weights, 4, RIVALS
             )
             shapes[k] = Shape(identity, alone.expression)
-            seen, sure = seen[:FACE], sure[:FACE]
-            root = contour_weights(seen, weights) * np.sqrt(sure)[:, None, None]
-            size = float(face_size(seen))
-            g, h, _ = landmark_terms(model, cameras[k], shapes[k], seen, root, size, weights)
+            placed = see(model, seen, sure, weights)
+            g, h, _ = landmark_terms(model, cameras[k], shapes[k], placed, weights)
             prior_g, prior_h, _ = prior_terms(model, shapes[k], weights)
             g[total:] += prior_g[total:]
             h[total:, total:] += prior_h[total:, total:]

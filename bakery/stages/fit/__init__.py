@@ -15,6 +15,7 @@ from bakery.stages.fit.albedo import load_albedo
 from bakery.stages.fit.diagnostics import diagnose
 from bakery.stages.fit.gaze import fit_gaze
 from bakery.stages.fit.landmarks import LandmarkModel, Shape, Weights, fit_points, start_camera
+from bakery.stages.fit.lips import seam_offsets
 from bakery.stages.fit.photometric import fit_photo
 from bakery.stages.fit.samples import choose_samples
 from bakery.stages.fit.warp import residual_offsets, unfolded_residual, warp_weights
@@ -150,7 +151,9 @@ def fit(
     neutral = head.neutral(shape.identity, residual_offsets(head, residual))
     gaze = fit_gaze(head, neutral, camera, points, confidence, shape.expression)
     vertices = head.vertices(neutral, shape.expression, gaze)
-    projected = cameras.project(head.landmarks(vertices).astype(np.float64), camera)
+    places = head.landmarks(vertices).astype(np.float64)
+    places[: marks.FACE] += seam_offsets(model.rest, points)
+    projected = cameras.project(places, camera)
     return Fit(
         head=head.name,
         camera=camera,
@@ -193,7 +196,8 @@ def landmark_residuals(head, model, camera, shape, points, confidence):
     Returns:
         [468, 3] mm in head space, smoothed; [468, 2] pixels, as measured.
     """
-    inside = cameras.to_camera(model.points(shape), camera)
+    seam = seam_offsets(model.rest, points)
+    inside = cameras.to_camera(model.points(shape) + seam, camera)
     miss = points[: marks.FACE] - cameras.project_camera(inside, camera)
     wanted = np.zeros_like(inside)
     wanted[:, :2] = miss * (-inside[:, 2:] / camera.focal) * [1, -1]
