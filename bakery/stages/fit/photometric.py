@@ -146,8 +146,10 @@ class Energy:
         self.trust = visible_samples(
             self.head, neutral, state.shape.expression, state.camera, samples, level
         )
-        # Corners of the sample faces with the mean identity and only the eyes' look.
-        rest = self.head.mean[samples.corners].astype(np.float64)
+        # Corners of the sample faces with the identity that is held and only the eyes' look.
+        held = state.shape.identity.copy()
+        held[: self.model.modes] = 0
+        rest = self.head.neutral(held)[samples.corners].astype(np.float64)
         for index in np.setdiff1d(np.flatnonzero(state.shape.expression), groups.FITTED):
             weight = state.shape.expression[index]
             rest += weight * self.head.expression_basis[index][samples.corners]
