@@ -30,9 +30,9 @@ from bakery.stages.fit.landmarks import (
 from bakery.types import EXPRESSIONS, Camera
 
 # The warp believes a landmark less the farther the photo's expression moved it: a standard deviation
-# of 0.5 mm at rest, and a quarter of the move, which blendshapes miss. Depth, which one photo alone
-# says nothing about, stays with the linear model unless another photo sees it.
-AT_REST, OF_MOVE, DEPTH = 0.5, 0.25, 0.003
+# of 0.5 mm at rest, and a quarter of the move, which blendshapes miss. In depth, of which one photo
+# says nothing and photos from nearly one side little, the linear model is off by about 1 mm.
+AT_REST, OF_MOVE, DEPTH = 0.5, 0.25, 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +177,7 @@ def shared_moves(
         across = np.eye(3) - np.outer(sight, sight)
         left += trust[:, None, None] * across
         right += trust[:, None] * (miss @ across)
-    most = np.trace(left, axis1=1, axis2=2)
-    left += DEPTH * np.maximum(most, 1e-9)[:, None, None] * np.eye(3)
+    mean = np.mean([rotation.matrix(camera.rotation)[2] for camera in placed], 0)
+    left += np.outer(mean, mean) / DEPTH**2 / (mean @ mean) + 1e-9 * np.eye(3)
     found: np.ndarray = np.linalg.solve(left, right[:, :, None])[:, :, 0]
     return found
