@@ -54,7 +54,7 @@ def build(
     from bakery.formats.image_header import check_file
 
     many = len(photos) > 1 or photos[0].is_dir()
-    if many and output is not None and output.endswith(BUNDLE):
+    if len(photos) > 1 and output is not None and output.endswith(BUNDLE):
         same_person = True
     if same_person and (not many or output is None or output.endswith("/")):
         raise click.UsageError(
