@@ -41,7 +41,8 @@ class Weights(Settings):
     twins: float = setting(20.0, "prior per squared difference of left and right", *WEIGHT)
     contour: float = setting(0.3, "of contour landmarks across the contour", *WEIGHT)
     slide: float = setting(0.03, "of contour landmarks along it", *WEIGHT)
-    opening: float = setting(3.0, "of the lips' opening, beside their points", *WEIGHT)
+    lips: float = setting(4.0, "of landmarks of the lips, over that of others", *SURE)
+    opening: float = setting(6.0, "of the lips' opening, beside their points", *WEIGHT)
     width: float = setting(3.0, "of the mouth's width, beside its corners", *WEIGHT)
     rest: float = setting(
         30.0, "prior per squared mm by which identity opens the lips at rest", *WEIGHT
@@ -145,7 +146,7 @@ class Seen:
 
     points: np.ndarray  # [468, 2] pixels
     confidence: np.ndarray  # [468] 0..1
-    root: np.ndarray  # [468, 2, 2] square-root weights: the contour may slide
+    root: np.ndarray  # [468, 2, 2] square-root weights: the contour may slide, lips count more
     seam: np.ndarray  # [468, 3] mm, see `lips.seam_offsets`
     size: float  # outer-eye-corner distance, pixels
 
@@ -154,6 +155,9 @@ def see(model, points, confidence, weights):
     """Seen of points [L, 2] pixels with their confidence [L] 0..1."""
     points, confidence = points[: marks.FACE], confidence[: marks.FACE]
     root = contour_weights(points, weights) * np.sqrt(confidence)[:, None, None]
+    # The mean is over points as they are: heavier lips must not make brows lighter.
+    root *= np.sqrt(2 * weights.landmark / (root**2).sum())
+    root[marks.LIPS] *= np.sqrt(weights.lips)
     seam = seam_offsets(model.rest, points)
     return Seen(points, confidence, root, seam, float(marks.face_size(points)))
 
@@ -227,7 +231,7 @@ def landmark_terms(model, camera, shape, seen, weights):
     """
     residual, jacobian = landmark_residual(model, camera, shape, seen.points, seen.seam)
     lip_residual, lip_jacobian = lip_rows(residual, jacobian, seen, weights)
-    root = seen.root * (np.sqrt(weights.landmark / (seen.root**2).sum() * 2) / seen.size)
+    root = seen.root / seen.size
     length = np.linalg.norm(residual, axis=1) / seen.size
     huber = np.sqrt(np.minimum(1, weights.outlier / np.maximum(length, 1e-12)))  # IRLS
     root = root * huber[:, None, None]
