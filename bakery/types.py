@@ -98,7 +98,8 @@ class Fit:
     light: np.ndarray  # [9, 3] spherical harmonics of the irradiance, linear RGB
     albedo: np.ndarray  # [A] coefficients of the albedo basis, standard deviations
     residual: np.ndarray  # [468, 3] mm, head space: what the linear model leaves at the landmarks
-    landmarks_projected: np.ndarray  # [L, 2] pixels
+    # [L, 2] pixels; the upper lip's rim where it is seen, which is the seam if lips are closed
+    landmarks_projected: np.ndarray
     seconds: float = 0.0  # of the fit alone
     focal_source: str = "default"  # "exif" or "default"
     diagnostics: dict[str, float] = field(default_factory=dict)  # measured numbers, for warnings

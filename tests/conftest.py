@@ -193,8 +193,16 @@ def portrait(once):
     return folder / "painted.png", folder / "painted.json"
 
 
-def _paint(folder):
+@pytest.fixture(scope="session")
+def aside(once):
+    """The same head turned by 40 degrees, in weaker light: photo path, landmarks path."""
+    folder = once("aside", lambda folder: _paint(folder, "aside", 40.0, 0.7))
+    return folder / "aside.png", folder / "aside.json"
+
+
+def _paint(folder, name="painted", yaw=0.0, gain=1.0):
     from bakery.geometry import camera as cameras
+    from bakery.geometry import rotation
     from bakery.geometry.color import to_encoded
     from bakery.geometry.mesh import vertex_normals
     from bakery.geometry.raster import rasterize
@@ -205,22 +213,23 @@ def _paint(folder):
     head = load_head()
     vertices = head.mean
     camera = Camera(
-        800.0, np.array([200.0, 240.0]), np.zeros(3), np.array([0, 20.0, -600.0]), 400, 480
-    )
+        800.0, np.array([200.0, 240.0]), rotation.vector(rotation.yaw_pitch(yaw, 0)),
+        np.array([0, 20.0, -600.0]), 400, 480,
+    )  # fmt: skip
     points = cameras.to_camera(vertices, camera)
     faces = head.faces[head.part_faces("skin", "eye_left", "eye_right")]
     seen = rasterize(
         cameras.project_camera(points, camera), -points[:, 2], faces, (480, 400), cull=True
     )
     normals = interpolate(seen, vertex_normals(vertices, head.faces)[faces])
-    shade = np.clip(0.25 + 0.45 * normals[..., 2:] + 0.1 * normals[..., 1:2], 0.05, 1)
+    shade = gain * np.clip(0.25 + 0.45 * normals[..., 2:] + 0.1 * normals[..., 1:2], 0.05, 1)
     picture = np.where(seen.face[..., None] >= 0, shade * [0.75, 0.52, 0.42], 0.4)
     grain = np.random.default_rng(0).normal(0, 0.01, picture.shape)
-    image.write_image(folder / "painted.png", to_encoded(picture + grain))
+    image.write_image(folder / f"{name}.png", to_encoded(picture + grain))
     marks = cameras.project(head.landmarks(vertices), camera)
     low, high = marks.min(0), marks.max(0)
     face = Landmarks(np.concatenate([low, high - low]), 1.0, marks, np.ones(478))
-    (folder / "painted.json").write_bytes(record.dump(record.faces_to_table(400, 480, [face])))
+    (folder / f"{name}.json").write_bytes(record.dump(record.faces_to_table(400, 480, [face])))
 
 
 @pytest.fixture(scope="session")

@@ -3,7 +3,8 @@
 photo -> detect -> segment -> fit -> (condition -> generate ->) texture -> mask -> bundle
 """
 
-from collections.abc import Callable
+import logging
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cache
 from pathlib import Path
@@ -24,8 +25,10 @@ from bakery.bake.fitting import (
 from bakery.bake.kept import Kept
 from bakery.bake.mask import draw_masks
 from bakery.bake.options import BuildOptions
+from bakery.bake.person import check_photos, fit_person, leading
 from bakery.bake.targets import read_targets
 from bakery.bake.textures import paint
+from bakery.bake.views import PhotoView
 from bakery.errors import InputError
 from bakery.export.manifest import Baked
 from bakery.formats import image, record
@@ -39,9 +42,11 @@ from bakery.paths import PACKAGE
 from bakery.plugins import maker_of, plug_in
 from bakery.stages.assess import Finding
 from bakery.stages.detect import face_size
+from bakery.stages.fit import Face
 from bakery.stages.segment import Segmentation, made_by
 from bakery.types import Fit, Landmarks, Maker, Photo, Textures
 
+log = logging.getLogger(__name__)
 Progress = Callable[[str, int, int], None]
 
 
@@ -64,6 +69,15 @@ class Request:
     keep_photo: bool = False
     overwrite: bool = False
     work: Path | None = None
+    others: tuple[Path, ...] = ()  # further photos of the same person
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A photo and the face in it."""
+
+    photo: Photo
+    landmarks: Landmarks
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +90,7 @@ class Portrait:
     fit: Fit
     findings: list[Finding]
     key: str  # of everything that the fit is made from
+    views: tuple[PhotoView, ...] = ()  # further photos of the person
 
 
 def build(request: Request, progress: Progress | None = None) -> list[Finding]:
@@ -112,6 +127,7 @@ def build(request: Request, progress: Progress | None = None) -> list[Finding]:
             kept,
             show,
             wanted,
+            seen.views,
         )
         show("mask", 2, 4)
         masks = draw_masks(head, options)
@@ -123,6 +139,8 @@ def build(request: Request, progress: Progress | None = None) -> list[Finding]:
 def find_portrait(request: Request, head: HeadModel, work: Work | None, show: Progress) -> Portrait:
     """The steps before anything is painted: detect, segment, fit, assess.
 
+    Of several photos of one person the leading one is the portrait (`person.leading`).
+
     Args:
         work: folder of finished steps, or None.
 
@@ -130,54 +148,92 @@ def find_portrait(request: Request, head: HeadModel, work: Work | None, show: Pr
         BakeryError: the portrait cannot be used.
     """
     work = work or Work(None)
-    options, given = request.options, landmarks_file(request.landmarks, request.photo)
-    photo = image.read_photo(request.photo, request.frame)
+    options, paths = request.options, (request.photo, *request.others)
+    photos = [image.read_photo(path, request.frame) for path in paths]
+    check_photos(paths, photos)
     show("detect", 0, 4)
+    found = [
+        _detected(request, *one, number, work) for number, one in enumerate(zip(paths, photos))
+    ]
+    show("segment", 1, 4)
+    segmentations = [
+        segment_portrait(photo, landmarks, options) for photo, (landmarks, _) in zip(photos, found)
+    ]
+    show("fit", 1, 4)
+    labelled_by = asdict(options.segment), made_by(options.segment)
+    key = key_of(*(key for _, key in found), head.digest, asdict(options.fit), labelled_by)
+    faces = [Found(photo, landmarks) for photo, (landmarks, _) in zip(photos, found)]
+    fits = _fitted(request, head, faces, segmentations, key, work)
+    views = [
+        PhotoView(face.photo, face.landmarks, fitted, segmentation)
+        for face, fitted, segmentation in zip(faces, fits, segmentations)
+    ]
+    lead = leading([view.fit for view in views]) if request.others else 0
+    seen = views.pop(lead)
+    if request.others:
+        log.info("%s: leads, the other photos fill what it sees badly", paths[lead])
+    findings = examine(
+        paths[lead],
+        seen.photo,
+        seen.landmarks,
+        seen.fit,
+        seen.segmentation,
+        options,
+        request.strict,
+        landmarks_file(request.landmarks, paths[lead]) is not None,
+    )
+    return Portrait(
+        seen.photo, seen.landmarks, seen.segmentation, seen.fit, findings, key, tuple(views)
+    )
+
+
+def _detected(
+    request: Request, path: Path, photo: Photo, number: int, work: Work
+) -> tuple[Landmarks, str]:
+    """The face of one photo, and the key of what it was made from."""
+    given = landmarks_file(request.landmarks, path)
     found_by = digest(read_bytes(given)) if given else _maker("detectors", request.detector)
     key = key_of(source_digest(), photo.sha256, request.frame, found_by, request.face)
+    name = f"detect{number or ''}.json"
 
     def detect() -> bytes:
-        _, face = one_face(
-            request.photo, request.frame, given, request.face, request.detector, photo
-        )
+        _, face = one_face(path, request.frame, given, request.face, request.detector, photo)
         height, width = photo.encoded.shape[:2]
         return record.dump(record.faces_to_table(width, height, [face]))
 
-    landmarks = work.step(
-        "detect.json",
-        key,
-        detect,
-        lambda data: record.faces_from_table("detect.json", record.parse("detect.json", data))[1][
-            0
-        ],
-    )
-    show("segment", 1, 4)
-    segmentation = segment_portrait(photo, landmarks, options)
-    show("fit", 1, 4)
-    labelled_by = asdict(options.segment), made_by(options.segment)
-    key = key_of(key, head.digest, asdict(options.fit), labelled_by)
+    def load(data: bytes) -> Landmarks:
+        return record.faces_from_table(name, record.parse(name, data))[1][0]
+
+    return work.step(name, key, detect, load), key
+
+
+def _fitted(
+    request: Request,
+    head: HeadModel,
+    faces: list[Found],
+    segmentations: list[Segmentation],
+    key: str,
+    work: Work,
+) -> list[Fit]:
+    """The fit of each photo; of several, with one identity and one warp."""
 
     def fit() -> bytes:
-        found, _ = fit_portrait(request.photo, photo, landmarks, head, options, segmentation)
-        return record.dump(record.fit_to_table(found))
+        if request.others:
+            seen = [
+                Face(face.photo, face.landmarks, segmentation.skin)
+                for face, segmentation in zip(faces, segmentations)
+            ]
+            fits = fit_person((request.photo, *request.others), seen, head, request.options.fit)
+        else:
+            given = request.photo, faces[0].photo, faces[0].landmarks
+            fits = [fit_portrait(*given, head, request.options, segmentations[0])[0]]
+        return record.dump({"fits": [record.fit_to_table(one) for one in fits]})
 
-    fitted = work.step(
-        "fit.json",
-        key,
-        fit,
-        lambda data: record.fit_from_table("fit.json", record.parse("fit.json", data)),
-    )
-    findings = examine(
-        request.photo,
-        photo,
-        landmarks,
-        fitted,
-        segmentation,
-        options,
-        request.strict,
-        given is not None,
-    )
-    return Portrait(photo, landmarks, segmentation, fitted, findings, key)
+    def load(data: bytes) -> list[Fit]:
+        tables = record.parse("fit.json", data)["fits"]
+        return [record.fit_from_table("fit.json", table) for table in tables]
+
+    return work.step("fit.json", key, fit, load)
 
 
 def read_portrait(request: Request, fitted: Path, head: HeadModel) -> Portrait:
@@ -246,7 +302,7 @@ def _bundle(
         seen.findings,
         textures.maker,
         seen.landmarks.maker,
-        _recipe(request, seen.photo, seen.landmarks, head, textures.maker),
+        _recipe(request, [seen, *seen.views], head, textures.maker),
     )
     write_bundle(
         request.output, baked, request.options.bundle, request.keep_photo, request.overwrite
@@ -259,25 +315,35 @@ def recipe(request: Request) -> str:
     Raises:
         BakeryError: what `build` would refuse before it fits.
     """
-    given = landmarks_file(request.landmarks, request.photo)
-    photo, face = one_face(request.photo, request.frame, given, request.face, request.detector)
-    face = record.rounded_face(photo, face)
+    seen = []
+    for path in (request.photo, *request.others):
+        given = landmarks_file(request.landmarks, path)
+        photo, face = one_face(path, request.frame, given, request.face, request.detector)
+        seen.append(Found(photo, record.rounded_face(photo, face)))
     maker = maker_of("generators", plug_in("generators", request.generator))
-    return _recipe(request, photo, face, load_head(request.head), maker)
+    return _recipe(request, seen, load_head(request.head), maker)
 
 
 def _recipe(
-    request: Request, photo: Photo, landmarks: Landmarks, head: HeadModel, painter: Maker
+    request: Request, seen: Sequence[Found | Portrait | PhotoView], head: HeadModel, painter: Maker
 ) -> str:
     """SHA-256 over everything that a bundle's content depends on; the manifest keeps it.
 
     A bundle of the same recipe would come out the same, so that it need not be baked again.
+
+    Args:
+        seen: the photos, in any order: which of them leads is told by their fits.
     """
     return key_of(
         source_digest(),
-        photo.sha256,
-        asdict(landmarks.maker),
-        np.round(landmarks.points, 3).tolist(),
+        [
+            [
+                one.photo.sha256,
+                asdict(one.landmarks.maker),
+                np.round(one.landmarks.points, 3).tolist(),
+            ]
+            for one in sorted(seen, key=lambda one: one.photo.sha256)
+        ],
         head.digest,
         asdict(painter),
         _maker("hair", request.hair),

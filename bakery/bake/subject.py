@@ -74,14 +74,27 @@ class FittedSubject:
         resolution = self.options.texture.resolution
         prepared = prepare(photo, landmarks, fit, neutral, self.head, mattes, resolution)
         self.subject, self.hair = prepared.subject, prepared.hair
+        self.shape = neutral
         self.neutral = self._observation(photo, landmarks.points, fit, segmentation, neutral)
 
     def observe(self, path: Path, landmarks: Landmarks) -> Observation:
         """Another photo of this person: Observation."""
+        return self.observe_both(path, landmarks)[1]
+
+    def observe_both(self, path: Path, landmarks: Landmarks) -> tuple[Observation, Observation]:
+        """Another photo of this person, with two heads moved by its weights.
+
+        Returns:
+            Observation with the head of the neutral photo, as an avatar is driven, and with the
+            photo's own head, whose warp carries what the weights cannot say.
+        """
         photo = read_photo(path)
         fit, segmentation = fit_portrait(path, photo, landmarks, self.model, self.options)
-        neutral = fitted_neutral(self.model, fit)
-        return self._observation(photo, landmarks.points, fit, segmentation, neutral)
+        driven, own = (
+            self._observation(photo, landmarks.points, fit, segmentation, neutral)
+            for neutral in (self.shape, fitted_neutral(self.model, fit))
+        )
+        return driven, own
 
     def _observation(
         self,

@@ -10,6 +10,7 @@ from bakery.bake.fitting import made_from, own_head
 from bakery.bake.kept import Arrays, Kept
 from bakery.bake.options import BuildOptions
 from bakery.bake.targets import Targets, read_targets
+from bakery.bake.views import PhotoView, merged, quality
 from bakery.generators.base import Generator, Subject
 from bakery.generators.eyes import EyeMaps
 from bakery.generators.lids import LidSkin
@@ -101,6 +102,7 @@ def paint(
     kept: Kept | None = None,
     progress: Callable[[str, int, int], None] | None = None,
     wanted: Targets | None = None,
+    views: Sequence[PhotoView] = (),
 ) -> Textures:
     """Paint all textures of one fit.
 
@@ -111,6 +113,8 @@ def paint(
         kept: where finished parts are kept.
         progress: called with (step, done, total).
         wanted: the expressions, gazes and mouths; None takes those of presets/expressions.
+        views: further photos of the person, fitted with the same identity and warp, for what the
+            photo sees badly.
 
     Raises:
         ModelError: the generator gave back something that cannot be used.
@@ -139,21 +143,26 @@ def paint(
     say("neutral")
     if hasattr(generator, "get_ready"):
         ahead(generator.get_ready, head)
-    arrays = kept.one(
-        "neutral",
-        lambda: _to_arrays(
-            prepare(
-                photo,
-                landmarks,
-                fit,
-                neutral,
-                head,
-                mattes_of(photo.encoded, segmentation, landmarks.points),
-                options.texture.resolution,
-                hair.layer,
-            )
-        ),
-    )
+    size = options.texture.resolution
+
+    def unwrapped(view: PhotoView) -> Prepared:
+        mattes = mattes_of(view.photo.encoded, view.segmentation, view.landmarks.points)
+        return prepare(
+            view.photo, view.landmarks, view.fit, neutral, head, mattes, size, hair.layer
+        )
+
+    def whole() -> Arrays:
+        seen = [PhotoView(photo, landmarks, fit, segmentation), *views]
+        first, *more = [unwrapped(view) for view in seen]
+        if more:
+            weights = [
+                quality(head, neutral, one, view.fit, size)
+                for one, view in zip([first, *more], seen)
+            ]
+            first = merged(first, more, weights)
+        return _to_arrays(first)
+
+    arrays = kept.one("neutral", whole)
     prepared = _from_arrays(arrays, head, neutral, fit)
     painter = Painter(prepared.subject, generator, fit, options.texture)
     of_keys = list(painted("key", painter.key, wanted.key_weights, 1))

@@ -7,6 +7,7 @@ import click
 from bakery.cli import options
 from bakery.errors import InputError
 
+BUNDLE = ".avatar"
 # Endings of files, which nobody means to be a folder.
 OTHERS = (".glb", ".gltf", ".json", ".zip", ".exr", ".npz", ".png", ".jpg", ".jpeg", ".mp4")
 
@@ -19,6 +20,11 @@ OTHERS = (".glb", ".gltf", ".json", ".zip", ".exr", ".npz", ".png", ".jpg", ".jp
     "(beside each photo as NAME.avatar).",
 )  # fmt: skip
 @options.baking
+@click.option(
+    "--same-person",
+    is_flag=True,
+    help="All PHOTOS show one person: one bundle of them (as when -o is a NAME.avatar).",
+)
 @click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
 @click.option("--keep-photo", is_flag=True, help="Keep the portrait in the bundle.")
 @click.option("--work", type=options.PATH, help="Keep finished steps in this folder.")
@@ -28,24 +34,37 @@ OTHERS = (".glb", ".gltf", ".json", ".zip", ".exr", ".npz", ".png", ".jpg", ".jp
 )  # fmt: skip
 @options.as_json
 @options.dry_run
-def build(photos, output, preset, settings, resolution, jobs, as_json, dry_run, **request):
+def build(
+    photos, output, preset, settings, resolution, same_person, jobs, as_json, dry_run, **request
+):  # fmt: skip
     """Bake PHOTOS into avatar bundles. A folder stands for the pictures in it.
 
     \b
     bakery build portrait.jpg
     bakery build portrait.jpg -o ada.avatar --resolution 2048 --set texture.mouths=100
     bakery build photos/*.jpg -o avatars/ --jobs 2
+    bakery build ada-front.jpg ada-side.jpg --same-person -o ada.avatar
+
+    Several photos of one person share identity and warp; the most frontal, neutral and sharp one
+    gives the face, the others fill what it sees badly.
 
     An interrupted bake goes on where it stopped when it is called again. Of several photos, those
     whose bundle is fresh are skipped, and one that fails does not stop the others.
     """
     from bakery.formats.image_header import check_file
 
-    folder = output is not None and (len(photos) > 1 or output.endswith("/") or photos[0].is_dir())
-    several = folder or len(photos) > 1 or photos[0].is_dir()
-    if not several:
+    many = len(photos) > 1 or photos[0].is_dir()
+    if len(photos) > 1 and output is not None and output.endswith(BUNDLE):
+        same_person = True
+    if same_person and (not many or output is None or output.endswith("/")):
+        raise click.UsageError(
+            "--same-person makes one bundle of two photos or more; give them, and -o NAME.avatar"
+        )
+    folder = output is not None and not same_person and (many or output.endswith("/"))
+    several = folder or (many and not same_person)
+    if not many:
         check_file(photos[0], request["frame"])  # before the slow imports: it is told at once
-    elif request["work"]:
+    elif several and request["work"]:
         raise click.UsageError("--work keeps the steps of one bake; give one photo")
     from bakery.bake import batch, pipeline
     from bakery.bake.estimate import plan
@@ -56,6 +75,10 @@ def build(photos, output, preset, settings, resolution, jobs, as_json, dry_run, 
             f"-o {output}: a bundle is a folder; give a name such as portrait.avatar"
         )
     found = batch.portraits(photos)
+    if same_person:
+        if len(found) < 2:
+            raise click.UsageError("--same-person needs two photos or more; give another")
+        found, request["others"] = found[:1], tuple(found[1:])
     places = (
         batch.places(found, Path(output) if folder else None)
         if folder or output is None

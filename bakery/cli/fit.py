@@ -1,5 +1,7 @@
 """`bakery fit`: the head model placed in photos."""
 
+from dataclasses import replace
+
 import click
 
 from bakery.cli import options
@@ -11,10 +13,16 @@ from bakery.cli.each import as_bytes, check_early, each, output, overlay, show
 @output
 @overlay
 @options.baking
+@click.option(
+    "--same-person",
+    is_flag=True,
+    help="All PHOTOS show one person: one identity and one warp for all; a file gets the fit of the "
+    "leading photo.",
+)
 @options.dry_run
 def fit(
     photos, output, preview, dry_run, overwrite, preset, settings, resolution, head, detector,
-    landmarks, face, frame, **others,
+    landmarks, face, frame, same_person, **others,
 ):  # fmt: skip
     """Fit the head model to PHOTOS.
 
@@ -23,26 +31,58 @@ def fit(
     \b
     bakery fit portrait.jpg -o fit.json --preview fitted.png
     bakery fit photos/*.jpg --landmarks points/ -o fits/
+    bakery fit ada-front.jpg ada-side.jpg --same-person -o ada/
     """
     check_early(photos, frame)
     from bakery.bake.faces import landmarks_file, one_face
-    from bakery.bake.fitting import fit_portrait, fitted_neutral
+    from bakery.bake.fitting import fit_portrait, fitted_neutral, segment_portrait
+    from bakery.bake.person import fit_person, leading
     from bakery.formats import record
     from bakery.heads.file import load_head
     from bakery.runtime.overlay import draw_fit
+    from bakery.stages.fit import Face
 
     model, chosen = load_head(head), options.build_options(preset, settings, resolution)
 
-    def one(photo, place, drawn):
+    def found(photo):
         given = landmarks_file(landmarks, photo)
         image, points = one_face(photo, frame, given, face, detector)
-        points = record.rounded_face(image, points)  # as a bake has them
-        if not dry_run:
-            fitted, _ = fit_portrait(photo, image, points, model, chosen)
-            options.write(place, record.dump(record.fit_to_table(fitted, image)))
-            neutral = fitted_neutral(model, fitted)
-            shape = model.vertices(neutral, fitted.expression, fitted.gaze)
-            show(drawn, lambda: draw_fit(as_bytes(image), points, fitted, model, shape))
-        return not dry_run
+        return image, record.rounded_face(image, points)  # as a bake has them
 
-    each(photos, output, preview, overwrite, one)
+    def keep(fitted, image, points, place, drawn):
+        options.write(place, record.dump(record.fit_to_table(fitted, image)))
+        neutral = fitted_neutral(model, fitted)
+        shape = model.vertices(neutral, fitted.expression, fitted.gaze)
+        show(drawn, lambda: draw_fit(as_bytes(image), points, fitted, model, shape))
+
+    if not same_person:
+
+        def one(photo, place, drawn):
+            image, points = found(photo)
+            if not dry_run:
+                fitted, _ = fit_portrait(photo, image, points, model, chosen)
+                keep(fitted, image, points, place, drawn)
+            return not dry_run
+
+        each(photos, output, preview, overwrite, one)
+        return
+    if len(photos) < 2:
+        raise click.UsageError("--same-person needs two photos or more; give another")
+    seen = [Face(*found(photo)) for photo in photos]
+    if dry_run:
+        return
+    seen = [
+        replace(one, skin=segment_portrait(one.photo, one.landmarks, chosen).skin) for one in seen
+    ]
+    fits = fit_person(photos, seen, model, chosen.fit)
+    lead = leading(fits)
+    by_photo = {photo: (fitted, one) for photo, fitted, one in zip(photos, fits, seen)}
+    into_one = options.is_file(output)
+    options.say(f"{photos[lead]}: leads; one identity and one warp for {len(photos)} photos")
+
+    def write_one(photo, place, drawn):
+        fitted, one = by_photo[photo]
+        keep(fitted, one.photo, one.landmarks, place, drawn)
+        return True
+
+    each(photos[lead : lead + 1] if into_one else photos, output, preview, overwrite, write_one)

@@ -271,6 +271,11 @@ def options_of(of, settings, **given):
     return presets.options_from(options_class(of), presets.with_settings(table, settings), of)
 
 
+def is_file(output, ending=".json"):
+    """Whether a path is meant as one file: it ends so, or is "-" for stdout; else it is a folder."""
+    return str(output) == "-" or (output.suffix.lower() == ending and not output.is_dir())
+
+
 def destinations(photos, output, ending=".json"):
     """Where the result of each photo goes.
 
@@ -284,7 +289,7 @@ def destinations(photos, output, ending=".json"):
         click.UsageError: several photos into one file.
         InputError: two photos whose results would get the same name.
     """
-    one_file = str(output) == "-" or (output.suffix.lower() == ending and not output.is_dir())
+    one_file = is_file(output, ending)
     if one_file and len(photos) > 1:
         raise click.UsageError(f"several photos need a folder to write to, not '{output}'")
     if one_file:

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from bakery.bake.faces import one_face
-from bakery.bake.fitting import fit_portrait
+from bakery.bake.fitting import fit_portrait, fitted_neutral
 from bakery.errors import BakeryError
+from bakery.evaluate import together
 from bakery.evaluate.avatar.pairs import Pair, quick
 from bakery.evaluate.avatar.pairs import measure as measure_pair
 from bakery.evaluate.fitting import (
@@ -16,8 +17,10 @@ from bakery.evaluate.fitting import (
     synthetic_error,
     synthetic_portrait,
 )
+from bakery.evaluate.mouths import lip_error, mean_lip_error
 from bakery.formats.image import read_photo
 from bakery.formats.portraits import reference_points
+from bakery.stages.fit import Face
 from bakery.stages.fit.albedo import load_albedo
 
 VALIDATION = "london/val"  # what nothing was trained or tuned on
@@ -31,17 +34,27 @@ def fits(portraits, head, detector=None, start=VALIDATION):
         detector: name of a detector, or None.
 
     Yields:
-        dict a photo: errors in percent of the outer-eye-corner distance, seconds of the fit.
+        dict a photo: errors in percent of the outer-eye-corner distance, seconds of the fit; `mouth`,
+        the lips without the warp (`mouths.lip_error`), and of a smiling photo `driven`, those of the
+        person's neutral photo, moved by the smiling one's weights, and `together`, what both photos
+        say of the person (`together.measure`).
     """
-    for path, points in reference_points(portraits, start).items():
+    shapes, faces = {}, {}
+    for path, points in sorted(reference_points(portraits, start).items()):
         photo = read_photo(path)
         fit, _ = fit_portrait(path, photo, landmarks_of(points), head)
+        shapes[path], faces[path] = fitted_neutral(head, fit), Face(photo, landmarks_of(points))
         row = {
             "name": path.stem,
             "kind": "smiling" if "smiling" in path.stem else "neutral",
             "given": landmark_error(fit, points),
+            "mouth": lip_error(head, head.neutral(fit.identity), fit, points),
             "seconds": fit.seconds,
         }
+        rest = path.with_name(path.name.replace("smiling", "neutral"))
+        if rest != path and rest in shapes:
+            row["driven"] = lip_error(head, shapes[rest], fit, points)
+            row["together"] = together.measure(faces.pop(rest), faces.pop(path), head)
         if detector:
             try:
                 _, face = one_face(path, detector=detector, photo=photo)
@@ -59,6 +72,11 @@ def fit_summary(rows):
         given = [row["given"]["all"] for row in rows if row["kind"] == kind]
         if given:
             out[f"given_{kind}_percent"] = round(float(np.mean(given)), 3)
+    for name in ("mouth", "driven"):
+        if of := [row[name] for row in rows if name in row]:
+            out[name] = mean_lip_error(of)
+    if two := [row["together"] for row in rows if "together" in row]:
+        out["together"] = together.summary(two)
     own = [row["detected"]["without_contour"] for row in rows if "detected" in row]
     if own:
         out["detected_without_contour_percent"] = round(float(np.mean(own)), 3)

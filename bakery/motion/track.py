@@ -17,7 +17,6 @@ from bakery.detectors import frames
 from bakery.detectors.closeups import seen_close
 from bakery.errors import FitError
 from bakery.formats.livelink import Take
-from bakery.geometry import camera as cameras_of
 from bakery.geometry import rotation
 from bakery.heads.base import look
 from bakery.landmarks import FACE, face_size
@@ -32,12 +31,11 @@ from bakery.stages.fit.gaze import fit_gaze
 from bakery.stages.fit.landmarks import (
     Shape,
     Weights,
-    contour_weights,
     fit_points,
-    landmark_terms,
-    prior_terms,
     start_camera,
 )
+from bakery.stages.fit.lips import seam_offsets
+from bakery.stages.fit.person import Person, Shot, misses, solve_identity
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 log = logging.getLogger(__name__)
@@ -89,78 +87,6 @@ class TrackOptions(Settings):
     )  # fmt: skip
 
 
-class Person:
-    """A fit_landmarks.LandmarkModel of one identity: only the expression is left to solve for."""
-
-    modes = 0
-
-    def __init__(self, model, identity, offsets=0.0):
-        """
-        Args:
-            identity: [I].
-            offsets: [468, 3] mm, where this person's landmarks lie besides.
-        """
-        moved = identity[: model.modes] @ model.identity
-        self.mean = model.mean + moved.reshape(-1, 3) + offsets
-        self.columns = np.ascontiguousarray(model.columns[:, :, model.modes :])
-        self.expression = model.expression
-
-    def points(self, shape):
-        """Landmarks [468, 3] mm; see `LandmarkModel.points`."""
-        return self.mean + (shape.expression @ self.expression).reshape(-1, 3)
-
-
-def solve_identity(model, points, confidence, focal, width, height, options):
-    """The one person who is in several frames.
-
-    Each frame's pose and expression are eliminated from the step of the identity, so that what an
-    open mouth explains is not taken for a long face.
-
-    Args:
-        points: [K, L, 2] pixels; confidence: [K, L].
-
-    Returns:
-        [I].
-    """
-    weights, first = options.weights, 6
-    modes = slice(first, first + model.modes)
-    total = model.modes + first
-    shapes, cameras = [], []
-    rest = Shape(np.zeros(len(model.identity)), np.zeros(len(EXPRESSIONS)))
-    for seen, sure in zip(points, confidence):
-        camera = start_camera(model, seen, sure, focal, width, height)
-        camera, shape = fit_points(model, camera, rest, seen, sure, weights, 6, RIVALS)
-        cameras.append(camera)
-        shapes.append(shape)
-    identity = np.mean([shape.identity for shape in shapes], 0)
-    for _ in range(options.identity_rounds):
-        person = Person(model, identity)
-        hessian = weights.prior * weights.identity * np.eye(model.modes)
-        gradient = hessian @ identity[: model.modes]
-        for k, (seen, sure) in enumerate(zip(points, confidence)):
-            alone = Shape(np.zeros(0), shapes[k].expression)
-            cameras[k], alone = fit_points(
-                person, cameras[k], alone, seen, sure, weights, 4, RIVALS
-            )
-            shapes[k] = Shape(identity, alone.expression)
-            seen, sure = seen[:FACE], sure[:FACE]
-            root = contour_weights(seen, weights) * np.sqrt(sure)[:, None, None]
-            size = float(face_size(seen))
-            g, h, _ = landmark_terms(model, cameras[k], shapes[k], seen, root, size, weights)
-            prior_g, prior_h, _ = prior_terms(model, shapes[k], weights)
-            g[total:] += prior_g[total:]
-            h[total:, total:] += prior_h[total:, total:]
-            active = np.flatnonzero(shapes[k].expression[groups.FITTED] > 1e-6)
-            free = np.concatenate([np.arange(first), total + active])
-            across = h[np.ix_(free, np.arange(first, total))]
-            solved = np.linalg.solve(h[np.ix_(free, free)], np.column_stack([across, g[free]]))
-            hessian += (h[modes, modes] - across.T @ solved[:, :-1]) / len(points)
-            gradient += (g[modes] - across.T @ solved[:, -1]) / len(points)
-        identity = identity.copy()
-        identity[: model.modes] -= np.linalg.solve(hessian, gradient)
-    return identity
-
-
 def trust_of(options):
     """How far each point is believed: [L] 0..1."""
     trust = np.full(frames.POINTS, options.trust)
@@ -210,11 +136,8 @@ def solve_rest(model, person, weights, cameras, points, options):
     least[[EXPRESSIONS.index(name) for name in EXPRESSIONS if name.startswith("eyeLook")]] = 0
     left = []
     for row, camera, seen in zip(weights, cameras, points):
-        inside = cameras_of.to_camera(person.points(Shape(np.zeros(0), row)), camera)
-        miss = seen[:FACE] - cameras_of.project_camera(inside, camera)
-        moved = np.zeros_like(inside)
-        moved[:, :2] = miss * (-inside[:, 2:] / camera.focal) * [1, -1]
-        left.append(moved @ rotation.matrix(camera.rotation))
+        places = person.points(Shape(np.zeros(0), row)) + seam_offsets(model.rest, seen)
+        left.append(misses(places, seen[:FACE], camera)[0])
     return np.median(left, 0) + (least @ model.expression).reshape(-1, 3)
 
 
@@ -255,7 +178,8 @@ def solve(followed, head, options=TrackOptions(), progress=None):
     model = landmark_model(head, MODEL.modes)
     confidence = np.tile(trust_of(options), (len(found), 1))
     some = _spread(len(found), options.identity_frames)
-    identity = solve_identity(model, points[some], confidence[some], *size, options)
+    shots = [Shot(seen, sure, *size) for seen, sure in zip(points[some], confidence[some])]
+    identity = solve_identity(model, shots, options.weights, options.identity_rounds, RIVALS)
     neutral, offsets = head.neutral(identity), np.zeros((FACE, 3))
     some = _spread(len(found), options.rest_frames)
     for _ in range(options.rest_rounds):

@@ -1,6 +1,9 @@
+import shutil
+
 import numpy as np
 
 from bakery.evaluate import fitting, report
+from bakery.formats.record import read_faces
 from bakery.geometry import rotation
 from bakery.heads.file import load_head
 
@@ -38,6 +41,27 @@ def test_a_moved_and_scaled_copy_has_no_surface_error():
     start = rng.choice(len(vertices), 20)
     error = fitting.surface_error(moved, vertices, faces, moved[start], vertices[start])
     assert error.max() < 1e-6
+
+
+def test_a_pair_of_photos_tells_of_lips_and_of_the_person(portrait, aside, tmp_path):
+    """Rows of `evaluate fit`: the warp left out, the neutral head driven, two photos together."""
+    points = []
+    (tmp_path / "val").mkdir()
+    for (photo, marks), kind in ((portrait, "neutral"), (aside, "smiling")):
+        shutil.copy(photo, tmp_path / "val" / f"ada_{kind}.png")
+        _, (face,) = read_faces(marks)
+        points.append(face.points)
+    names = ["val/ada_neutral.png", "val/ada_smiling.png"]
+    np.savez(tmp_path / "dense478.npz", names=names, points=np.array(points))
+    rows = list(report.fits(tmp_path, load_head("makehuman"), start="val"))
+    assert [row["kind"] for row in rows] == ["neutral", "smiling"]
+    assert "driven" not in rows[0] and "together" not in rows[0]
+    found = report.fit_summary(rows)
+    # The model's own mean head: weights of its lips are nearly none, from both sides.
+    for name, count in (("mouth", 2), ("driven", 1)):
+        assert found[name]["closed"] == count and found[name]["gap_worst"] < 0.5, name
+        assert found[name]["opening"] < 0.5 and found[name]["width"] < 2, name
+    assert found["together"]["alone"] < 2.0 and found["together"]["held_both"] < 1.0
 
 
 def test_a_head_fits_its_own_synthetic_portrait():

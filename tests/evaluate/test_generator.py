@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from bakery.bake.fitting import fitted_neutral
 from bakery.bake.subject import FittedSubject
 from bakery.evaluate import generator
 from bakery.evaluate.avatar.pairs import Pair
@@ -54,6 +55,26 @@ def test_no_change_scores_as_the_deformed_neutral(result):
     assert result.scores["same"] == result.scores["static"]
     assert result.scores["delta"].face_psnr == pytest.approx(result.scores["static"].face_psnr)
     assert result.scores["bright"].face_psnr < result.scores["same"].face_psnr - 3
+
+
+def test_one_photo_twice_has_one_geometry(result):
+    """What differs between the two figures is the target's identity and warp alone."""
+    assert result.own_geometry["same"] == result.scores["same"]
+    table = generator.summary([result])["all"]
+    assert table["own_geometry"]["same"].items() <= table["same"].items()
+
+
+def test_the_headline_is_the_neutral_photos_head(twins, aside, head):
+    """Driven: the shape of the neutral photo; own geometry: that of the other photo's fit."""
+    _, (turned,) = read_faces(aside[1])
+    fitted = FittedSubject(twins.neutral, landmarks_of(twins.neutral_points), head)
+    driven, own = fitted.observe_both(aside[0], landmarks_of(turned.points))
+    assert driven.fit is own.fit
+    used = np.asarray(driven.fit.expression)
+    for seen, neutral in ((driven, fitted.shape), (own, fitted_neutral(head, own.fit))):
+        expected = fitted.head.vertices(neutral, used, driven.fit.gaze)
+        assert_allclose(seen.conditions.vertices, expected, atol=1e-4)
+    assert np.abs(driven.conditions.vertices - own.conditions.vertices).max() > 0.1  # mm
 
 
 def test_a_photo_warped_onto_itself_is_itself(result):

@@ -92,3 +92,5 @@ def test_talking_people_are_seen_to_open_and_close(bakery, shared):
     assert found["clips"] == 5 and found["missed"] == 0
     assert found["correlation"] > 0.97 and found["correlation_worst"] > 0.95
     assert found["closed_seen"] < 0.009
+    # jawOpen - mouthClose of the take against the opening (docs/log-drive.md).
+    assert found["jaw"] > 0.90 and found["jaw_worst"] > 0.85

@@ -16,6 +16,7 @@ from bakery.stages.fit import FitOptions, fit, focal_length
 from bakery.stages.fit import albedo as fit_albedo
 from bakery.stages.fit import diagnostics as fit_diagnostics
 from bakery.stages.fit import expressions as groups
+from bakery.stages.fit.lips import UPPER
 from bakery.stages.fit.warp import residual_offsets
 from bakery.types import EXPRESSION_INDEX, Camera, Landmarks, Photo
 
@@ -218,4 +219,5 @@ def test_residual_is_what_moves_the_landmarks(head, grey):
     neutral = head.neutral(found.identity, residual_offsets(head, found.residual))
     vertices = head.vertices(neutral, found.expression, found.gaze)
     projected = cameras.project(head.landmarks(vertices).astype(np.float64), found.camera)
-    np.testing.assert_allclose(projected, found.landmarks_projected, atol=1e-3)
+    shown = np.delete(found.landmarks_projected, UPPER, 0)  # the seam hides the upper lip's rim
+    np.testing.assert_allclose(np.delete(projected, UPPER, 0), shown, atol=1e-3)

@@ -143,7 +143,8 @@ def avatar(portraits, head, generator, preset, settings, mouths, pictures, only,
     for result in report.avatars(
         portraits, load_head(head), painter, chosen, mouths, pictures, only
     ):
-        _line(vars(result) | {"smile": vars(result.smile), "warp": vars(result.warp)})
+        scores = ("smile", "own_geometry", "warp")
+        _line(vars(result) | {name: vars(getattr(result, name)) for name in scores})
         results.append(result)
     if results:
         _line(avatar_pairs.summary(results))

@@ -53,7 +53,8 @@ def generator(portraits, head, weights, pictures, only, take, overwrite):
     results = []
     for result in generators.everybody(portraits, model, painters, pictures, only):
         scores = {way: vars(score) for way, score in result.scores.items()}
-        _line({"name": result.name, "teeth": result.teeth, **scores})
+        own = {way: vars(score) for way, score in result.own_geometry.items()}
+        _line({"name": result.name, "teeth": result.teeth, **scores, "own_geometry": own})
         results.append(result)
     if results:
         _line(generators.summary(results))

@@ -1,4 +1,9 @@
-"""Bake people and render them back: the quality table of the avatars."""
+"""Bake people and render them back: the quality table of the avatars.
+
+`smile` is the avatar as a user drives it: its own head, moved by the weights, gaze and camera of the
+smiling photo's fit. `own_geometry` is kinder: drawn with the target's own geometry, as far as the two
+fits look like one person (`show.frame.neutral_for`), whose warp carries what the weights cannot say.
+"""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -39,6 +44,7 @@ class Result:
     teeth: bool
     back: float  # dB, neutral avatar in its own photo, inside its face mask
     smile: object  # Score
+    own_geometry: object  # Score, with the target's own geometry
     warp: object  # Score of the plain warp
 
 
@@ -74,7 +80,10 @@ def measure(pair, head, generator, options, pictures=None):
     smiling = read_photo(pair.smiling)
     other, _ = fit_portrait(pair.smiling, smiling, landmarks_of(pair.smiling_points), head, options)
     scene = frames.Scene(other.expression, other.gaze, other, "front", None, True)
-    made, face = frames.render(avatar, scene)
+    kinder, face = frames.render(avatar, scene)
+    driven = avatar.head.vertices(avatar.neutral, other.expression, other.gaze)
+    shown = draw(avatar, driven, other.camera, other.expression, other.gaze)
+    made = to_encoded(over_gray(shown))
     if pictures is not None:
         row = [
             warp_pixels(np.asarray(picture, np.float32), face_crop(points), CROP)
@@ -91,6 +100,7 @@ def measure(pair, head, generator, options, pictures=None):
         pair.teeth,
         back,
         compare(made, smiling.encoded, pair.smiling_points, face),
+        compare(kinder, smiling.encoded, pair.smiling_points, face),
         plain_warp(photo.encoded, pair.neutral_points, smiling.encoded, pair.smiling_points, face),
     )
 
@@ -104,6 +114,7 @@ def summary(results):
             out[name] = {
                 "people": len(group),
                 "avatar": vars(mean_score([result.smile for result in group])),
+                "own_geometry": vars(mean_score([result.own_geometry for result in group])),
                 "plain_warp": vars(mean_score([result.warp for result in group])),
             }
     return out

@@ -18,16 +18,28 @@ CHEEKS = ((50, 101, 36, 205, 187, 123), (280, 330, 266, 425, 411, 352))
 TONES = (("dark", -90.0), ("middle", 10.0), ("light", 41.0))
 
 
+def _columns(points):
+    along = points[MOUTH_CORNERS[1]] - points[MOUTH_CORNERS[0]]
+    down = np.array([-along[1], along[0]]) / np.linalg.norm(along)
+    return (points[LIPS_INNER_LOWER[COLUMNS]] - points[LIPS_INNER_UPPER[COLUMNS]]) @ down
+
+
 def opening(points: np.ndarray) -> float:
     """Mean distance of the inner rims across the mouth, with its sign, pixels.
 
     Args:
         points: [478, 2] pixels.
     """
-    along = points[MOUTH_CORNERS[1]] - points[MOUTH_CORNERS[0]]
-    down = np.array([-along[1], along[0]]) / np.linalg.norm(along)
-    apart = points[LIPS_INNER_LOWER[COLUMNS]] - points[LIPS_INNER_UPPER[COLUMNS]]
-    return float((apart @ down).mean())
+    return float(_columns(points).mean())
+
+
+def gap(points: np.ndarray) -> float:
+    """The opening that is seen, pixels: where rims overlap, lips touch.
+
+    Args:
+        points: [478, 2] pixels.
+    """
+    return float(np.maximum(_columns(points), 0).mean())
 
 
 def width(points: np.ndarray) -> float:

@@ -1,7 +1,9 @@
 """The generators against each other and against simple baselines, on people nothing was trained on.
 
-Each person's smiling photo is painted from the neutral one: shape, camera and gaze of the smiling
-photo's own fit, colour of the neutral photo. The same picture is scored as `evaluate avatar` does.
+Each person's smiling photo is painted from the neutral one: shape and colour of the neutral photo,
+moved by the weights, gaze and camera of the smiling photo's fit, as a user drives an avatar. Beside it
+stands the kinder figure with the target's own geometry: identity and warp of the smiling photo's fit,
+which carry what the weights cannot say. The same picture is scored as `evaluate avatar` does.
 """
 
 from dataclasses import dataclass
@@ -41,6 +43,7 @@ class Result:
     name: str
     teeth: bool
     scores: dict  # way -> avatar.Score
+    own_geometry: dict  # the same with the target's own geometry
     eyes: dict  # way -> dB inside both lids
     pictures: dict  # way -> [CROP, CROP, 3] sRGB-encoded, "photo" and "truth" among them
     face: np.ndarray  # [CROP, CROP] 0..1, skin, eyes and mouth in the truth
@@ -60,7 +63,31 @@ def measure(pair, head, painters, delta=None):
         neutral photo warped by the true landmarks, and `delta`.
     """
     fitted = FittedSubject(pair.neutral, landmarks_of(pair.neutral_points), head, size=CROP)
-    observation = fitted.observe(pair.smiling, landmarks_of(pair.smiling_points))
+    driven, target = fitted.observe_both(pair.smiling, landmarks_of(pair.smiling_points))
+    made = paint_all(fitted, driven, painters, head, delta)
+    face, truth, points = target.face / 255, target.picture, target.points
+    lids = eye_mask(points)
+
+    def scored(pictures):
+        return {name: compare(one, truth, points, face) for name, one in pictures.items()}
+
+    return Result(
+        pair.name,
+        pair.teeth,
+        scored(made),
+        scored(paint_all(fitted, target, painters, head, delta)),
+        {name: psnr(picture, truth, lids) for name, picture in made.items()},
+        {"photo": fitted.neutral.picture} | made | {"truth": truth},
+        face,
+    )
+
+
+def paint_all(fitted, observation, painters, head, delta=None):
+    """One person's smile in every way of `measure`: {way: [CROP, CROP, 3] sRGB-encoded}.
+
+    Args:
+        fitted: FittedSubject; observation: Observation, with the head that is to be drawn.
+    """
     conditions, neutral = observation.conditions, fitted.neutral
     linear = {
         name: painter.generate(fitted.subject, conditions).image
@@ -84,16 +111,7 @@ def measure(pair, head, painters, delta=None):
     if delta is not None:
         change = shrunk(bilinear(delta, uv * DELTA_TEXELS) * seen, observation.camera)
         made["delta"] = np.clip(made["static"] + change, 0, 1)
-    face, truth = observation.face / 255, observation.picture
-    lids = eye_mask(observation.points)
-    return Result(
-        pair.name,
-        pair.teeth,
-        {name: compare(picture, truth, observation.points, face) for name, picture in made.items()},
-        {name: psnr(picture, truth, lids) for name, picture in made.items()},
-        {"photo": neutral.picture} | made | {"truth": truth},
-        face,
-    )
+    return made
 
 
 def eye_mask(points):
@@ -185,7 +203,10 @@ def flicker(portraits, head, take, painters, only=None, first=60, count=48):
 
 
 def summary(results):
-    """Means over all people and over those who show teeth: {group: {way: figures}}."""
+    """Means over all people and over those who show teeth: {group: {way: figures}}.
+
+    `own_geometry` of a group is the kinder figure, drawn with the target's own geometry.
+    """
     out = {}
     groups = {"all": results, "teeth": [result for result in results if result.teeth]}
     for name, group in groups.items():
@@ -194,6 +215,9 @@ def summary(results):
             way: vars(mean_score([result.scores[way] for result in group]))
             | {"eyes_psnr": float(np.mean([result.eyes[way] for result in group]))}
             for way in ways
+        }
+        out[name]["own_geometry"] = {
+            way: vars(mean_score([result.own_geometry[way] for result in group])) for way in ways
         }
     return out
 

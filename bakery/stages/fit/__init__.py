@@ -1,6 +1,7 @@
 """Photo and landmarks to a fitted head: camera, identity, expression, light, albedo, warp."""
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -8,13 +9,15 @@ import numpy as np
 from bakery import landmarks as marks
 from bakery.errors import FitError, UsageProblem
 from bakery.geometry import camera as cameras
-from bakery.geometry import harmonics, rotation
+from bakery.geometry import harmonics
 from bakery.heads.base import HeadModel, look
 from bakery.settings import Settings, setting
 from bakery.stages.fit.albedo import load_albedo
 from bakery.stages.fit.diagnostics import diagnose
 from bakery.stages.fit.gaze import fit_gaze
-from bakery.stages.fit.landmarks import LandmarkModel, Shape, Weights, fit_points, start_camera
+from bakery.stages.fit.landmarks import LandmarkModel, Shape, Weights, fit_points
+from bakery.stages.fit.lips import seam_offsets
+from bakery.stages.fit.person import Person, Shot, misses, shared_moves, solve_identity
 from bakery.stages.fit.photometric import fit_photo
 from bakery.stages.fit.samples import choose_samples
 from bakery.stages.fit.warp import residual_offsets, unfolded_residual, warp_weights
@@ -58,6 +61,15 @@ class FitOptions(Settings):
         levels = {len(self.level_widths), len(self.level_steps), len(self.level_samples)}
         if len(levels) > 1:
             raise UsageProblem("level_widths, level_steps and level_samples: give as many of each")
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """One photo of a person."""
+
+    photo: Photo
+    landmarks: Landmarks
+    skin: np.ndarray | None = None  # [H, W] 0..1, how surely each pixel is bare skin
 
 
 def landmark_model(head, modes):
@@ -121,36 +133,125 @@ def fit(
         SIGGRAPH Asia 2018, sec. 4.
     """
     begin = time.perf_counter()
-    points = np.asarray(landmarks.points, np.float64)
-    confidence = np.asarray(landmarks.confidence, np.float64)
+    face = Face(photo, landmarks, skin)
+    shot, source = shot_of(face, options)
+    model = landmark_model(head, options.modes)
+    shape = Shape(np.zeros(len(head.identity_basis)), np.zeros(len(EXPRESSIONS)))
+    points, confidence = shot.points, shot.confidence
+    camera, shape = landmark_fit(head, model, shot.start(model), shape, points, confidence, options)
+    camera, shape, found = colour_fit(head, model, camera, shape, face, options)
+    residual, left = landmark_residuals(head, model, camera, shape, points, confidence)
+    if not options.warp:
+        residual = np.zeros((marks.FACE, 3))
+    fitted = _fit_of(head, face, camera, shape, residual, left, found)
+    return replace(fitted, seconds=time.perf_counter() - begin, focal_source=source)
+
+
+def fit_together(
+    faces: Sequence[Face], head: HeadModel, options: FitOptions = FitOptions()
+) -> list[Fit]:
+    """Fit the head model to several photos of one person: one identity and one warp for all.
+
+    Camera, expression, light, albedo and gaze are each photo's own. The identity is that of the
+    landmarks; colours then refine what each photo has to itself.
+
+    Args:
+        faces: of one person, at least one.
+
+    Returns:
+        a Fit of each; `seconds` is an equal share.
+
+    Raises:
+        FitError: as `fit`, of any of the photos.
+
+    References:
+        Ichim, Bouaziz and Pauly, "Dynamic 3D Avatar Creation from Hand-Held Video Input", SIGGRAPH
+        2015, section 4: one neutral model for several photos.
+    """
+    begin = time.perf_counter()
+    shots, sources = zip(*(shot_of(face, options) for face in faces))
+    model = landmark_model(head, options.modes)
+    identity = solve_identity(model, shots, options.weights)
+    person = Person(model, identity)
+    rest = Shape(identity, np.zeros(len(EXPRESSIONS)))
+    found, wanted, moved = [], [], []
+    for face, shot in zip(faces, shots):
+        camera, shape = landmark_fit(
+            head, person, shot.start(person), rest, shot.points, shot.confidence, options
+        )
+        camera, shape, colours = colour_fit(head, person, camera, shape, face, options)
+        found.append((camera, shape, colours))
+        seam = seam_offsets(model.rest, shot.points)
+        wanted.append(misses(person.points(shape) + seam, shot.points[: marks.FACE], camera)[0])
+        moved.append(np.linalg.norm(person.points(shape) - person.mean, axis=1))
+    residual = np.zeros((marks.FACE, 3))
+    if options.warp:
+        sure = [shot.confidence for shot in shots]
+        moves = shared_moves(wanted, moved, sure, [camera for camera, _, _ in found])
+        most = np.max(sure, 0)[: marks.FACE]
+        residual = unfolded_residual(head, head.neutral(identity), moves, most)
+    warped = Person(model, identity, residual)
+    out = []
+    for face, shot, source, (camera, shape, colours) in zip(faces, shots, sources, found):
+        camera, shape = fit_points(
+            warped, camera, shape, shot.points, shot.confidence, options.weights
+        )
+        seam = seam_offsets(model.rest, shot.points)
+        _, left = misses(person.points(shape) + seam, shot.points[: marks.FACE], camera)
+        fitted = _fit_of(head, face, camera, shape, residual, left, colours)
+        out.append(replace(fitted, focal_source=source))
+    each = (time.perf_counter() - begin) / len(faces)
+    return [replace(fitted, seconds=each) for fitted in out]
+
+
+def shot_of(face: Face, options: FitOptions = FitOptions()) -> tuple[Shot, str]:
+    """The points of a face and the lens, and where its focal length comes from (`focal_length`).
+
+    Raises:
+        FitError: the face is too small.
+    """
+    points = np.asarray(face.landmarks.points, np.float64)
+    confidence = np.asarray(face.landmarks.confidence, np.float64)
     size = float(marks.face_size(points))
     if size < SMALLEST_FACE:
         raise FitError(
             f"the outer eye corners are {size:.0f} pixels apart, at least {SMALLEST_FACE:.0f} are "
             "needed; use a larger picture of the face"
         )
-    height, width = photo.encoded.shape[:2]
-    focal, source = focal_length(photo, size, options)
-    model = landmark_model(head, options.modes)
-    shape = Shape(np.zeros(len(head.identity_basis)), np.zeros(len(EXPRESSIONS)))
-    camera = start_camera(model, points, confidence, focal, width, height)
-    camera, shape = landmark_fit(head, model, camera, shape, points, confidence, options)
+    height, width = face.photo.encoded.shape[:2]
+    focal, source = focal_length(face.photo, size, options)
+    return Shot(points, confidence, focal, width, height), source
+
+
+def colour_fit(head, model, camera, shape, face, options):
+    """The photometric stage, if it is wanted: camera, Shape, and Photometry or None."""
+    if not options.photometric:
+        return camera, shape, None
+    shot, _ = shot_of(face, options)
+    return fit_photo(
+        head, model, camera, shape, face.photo, shot.points, shot.confidence, face.skin,
+        load_albedo(), options,
+    )  # fmt: skip
+
+
+def _fit_of(head, face, camera, shape, residual, left, found):
+    """The Fit of one photo.
+
+    Args:
+        left: [468, 2] pixels that the linear model leaves; found: Photometry or None.
+    """
+    points = np.asarray(face.landmarks.points, np.float64)
+    confidence = np.asarray(face.landmarks.confidence, np.float64)
     light, albedo = np.zeros((9, 3)), np.zeros(0)
     light[0] = 1 / harmonics.C0
-    found = None
-    if options.photometric:
-        basis = load_albedo()
-        camera, shape, found = fit_photo(
-            head, model, camera, shape, photo, points, confidence, skin, basis, options
-        )
+    if found is not None:
         light, albedo = found.appearance.light, found.appearance.albedo
-    residual, left = landmark_residuals(head, model, camera, shape, points, confidence)
-    if not options.warp:
-        residual = np.zeros((marks.FACE, 3))
     neutral = head.neutral(shape.identity, residual_offsets(head, residual))
     gaze = fit_gaze(head, neutral, camera, points, confidence, shape.expression)
     vertices = head.vertices(neutral, shape.expression, gaze)
-    projected = cameras.project(head.landmarks(vertices).astype(np.float64), camera)
+    places = head.landmarks(vertices).astype(np.float64)
+    places[: marks.FACE] += seam_offsets(head.landmarks(head.mean)[: marks.FACE], points)
+    projected = cameras.project(places, camera)
     return Fit(
         head=head.name,
         camera=camera,
@@ -161,9 +262,7 @@ def fit(
         albedo=albedo,
         residual=residual,
         landmarks_projected=projected,
-        seconds=time.perf_counter() - begin,
-        focal_source=source,
-        diagnostics=diagnose(photo, points, camera, shape, left, projected, found),
+        diagnostics=diagnose(face.photo, points, camera, shape, left, projected, found),
     )
 
 
@@ -193,10 +292,7 @@ def landmark_residuals(head, model, camera, shape, points, confidence):
     Returns:
         [468, 3] mm in head space, smoothed; [468, 2] pixels, as measured.
     """
-    inside = cameras.to_camera(model.points(shape), camera)
-    miss = points[: marks.FACE] - cameras.project_camera(inside, camera)
-    wanted = np.zeros_like(inside)
-    wanted[:, :2] = miss * (-inside[:, 2:] / camera.focal) * [1, -1]
-    wanted = wanted @ rotation.matrix(camera.rotation)
+    seam = seam_offsets(model.rest, points)
+    wanted, miss = misses(model.points(shape) + seam, points[: marks.FACE], camera)
     reference = head.neutral(shape.identity)
     return unfolded_residual(head, reference, wanted, confidence[: marks.FACE]), miss

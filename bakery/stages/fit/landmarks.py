@@ -12,6 +12,7 @@ from bakery.geometry import rotation
 from bakery.geometry.solve import minimize_partly_bounded
 from bakery.settings import Settings, setting
 from bakery.stages.fit import expressions as groups
+from bakery.stages.fit.lips import LOWER, UPPER, lip_rows, seam_offsets
 from bakery.types import Camera
 
 LEAST_POINTS = 12  # landmarks to place a head by
@@ -40,6 +41,12 @@ class Weights(Settings):
     twins: float = setting(20.0, "prior per squared difference of left and right", *WEIGHT)
     contour: float = setting(0.3, "of contour landmarks across the contour", *WEIGHT)
     slide: float = setting(0.03, "of contour landmarks along it", *WEIGHT)
+    lips: float = setting(4.0, "of landmarks of the lips, over that of others", *SURE)
+    opening: float = setting(6.0, "of the lips' opening, beside their points", *WEIGHT)
+    width: float = setting(3.0, "of the mouth's width, beside its corners", *WEIGHT)
+    rest: float = setting(
+        30.0, "prior per squared mm by which identity opens the lips at rest", *WEIGHT
+    )
     outlier: float = setting(
         0.03, "Huber threshold of landmarks", 1e-4, 10, unit="outer-eye-corner distances"
     )
@@ -75,10 +82,12 @@ class LandmarkModel:
             return np.einsum("...lkc,lk->...lc", basis[..., vertices, :], weight)
 
         self.mean = pick(head.mean)
+        self.rest = self.mean  # of the head model itself, whoever is fitted
         identity, expression = pick(head.identity_basis[:modes]), pick(head.expression_basis)
         columns = np.concatenate([identity, expression[groups.FITTED]])
         self.columns = np.ascontiguousarray(columns.transpose(1, 2, 0))  # [468, 3, I + E']
         self.modes = len(identity)
+        self.opens = (identity[:, UPPER, 1] - identity[:, LOWER, 1]).T  # [9, I] mm, of the lips
         self.identity = identity.reshape(self.modes, -1)  # [I, 468 * 3]
         self.expression = expression.reshape(len(expression), -1)  # [E, 468 * 3]
 
@@ -131,18 +140,41 @@ def contour_weights(points, weights):
     return out
 
 
-def landmark_residual(model, camera, shape, points):
+@dataclass(frozen=True)
+class Seen:
+    """The points of one photo, ready for many steps."""
+
+    points: np.ndarray  # [468, 2] pixels
+    confidence: np.ndarray  # [468] 0..1
+    root: np.ndarray  # [468, 2, 2] square-root weights: the contour may slide, lips count more
+    seam: np.ndarray  # [468, 3] mm, see `lips.seam_offsets`
+    size: float  # outer-eye-corner distance, pixels
+
+
+def see(model, points, confidence, weights):
+    """Seen of points [L, 2] pixels with their confidence [L] 0..1."""
+    points, confidence = points[: marks.FACE], confidence[: marks.FACE]
+    root = contour_weights(points, weights) * np.sqrt(confidence)[:, None, None]
+    # The mean is over points as they are: heavier lips must not make brows lighter.
+    root *= np.sqrt(2 * weights.landmark / (root**2).sum())
+    root[marks.LIPS] *= np.sqrt(weights.lips)
+    seam = seam_offsets(model.rest, points)
+    return Seen(points, confidence, root, seam, float(marks.face_size(points)))
+
+
+def landmark_residual(model, camera, shape, points, seam=0.0):
     """Distances of the projected landmarks from where they were seen, and their Jacobian.
 
     Args:
         points: [468, 2] pixels.
+        seam: [468, 3] mm, how far from the landmarks these are seen.
 
     Returns:
         residual [468, 2] pixels and Jacobian [468, 2, 6 + I + E']: rotation (left-multiplied, head
         to camera), translation, identity, the expressions `fit_points.FITTED`.
     """
     turn = rotation.matrix(camera.rotation)
-    turned = model.points(shape) @ turn.T
+    turned = (model.points(shape) + seam) @ turn.T
     inside = turned + camera.translation
     by_point = cameras.projection_jacobian(inside, camera)  # [468, 2, 3]
     jacobian = np.empty((marks.FACE, 2, 6 + model.columns.shape[2]))
@@ -166,6 +198,7 @@ def prior_terms(model, shape, weights, anchor=None):
         [np.zeros(6), np.full(model.modes, weights.identity), np.full(count, weights.expression)]
     )
     hessian[np.diag_indices(size)] = diagonal
+    hessian[6:first, 6:first] += weights.rest / len(UPPER) * model.opens.T @ model.opens
     for a, b in groups.TWINS:
         a, b = a + first, b + first
         hessian[a, a] += weights.twins
@@ -190,21 +223,22 @@ def prior_terms(model, shape, weights, anchor=None):
     return weights.prior * gradient, weights.prior * hessian, weights.prior * float(energy)
 
 
-def landmark_terms(model, camera, shape, points, root, size, weights):
+def landmark_terms(model, camera, shape, seen, weights):
     """Gradient and Gauss-Newton Hessian of w_lan E_lan, and the energy itself.
 
     Args:
-        points: [468, 2] pixels.
-        root: [468, 2, 2] square-root weights of the landmarks.
-        size: outer-eye-corner distance, pixels.
+        seen: Seen.
     """
-    residual, jacobian = landmark_residual(model, camera, shape, points)
-    root = root * (np.sqrt(weights.landmark / (root**2).sum() * 2) / size)
-    length = np.linalg.norm(residual, axis=1) / size
+    residual, jacobian = landmark_residual(model, camera, shape, seen.points, seen.seam)
+    lip_residual, lip_jacobian = lip_rows(residual, jacobian, seen, weights)
+    root = seen.root / seen.size
+    length = np.linalg.norm(residual, axis=1) / seen.size
     huber = np.sqrt(np.minimum(1, weights.outlier / np.maximum(length, 1e-12)))  # IRLS
     root = root * huber[:, None, None]
     residual = np.matmul(root, residual[:, :, None]).ravel()
     jacobian = np.matmul(root, jacobian).reshape(len(residual), -1)
+    residual = np.concatenate([residual, lip_residual])
+    jacobian = np.concatenate([jacobian, lip_jacobian])
     return jacobian.T @ residual, jacobian.T @ jacobian, float(residual @ residual) / 2
 
 
@@ -245,17 +279,15 @@ def fit_points(model, camera, shape, points, confidence, weights, steps=8, rival
     Returns:
         camera, shape.
     """
-    points, confidence = points[: marks.FACE], confidence[: marks.FACE]
-    size = marks.face_size(points)
-    root = contour_weights(points, weights) * np.sqrt(confidence)[:, None, None]
+    seen = see(model, points, confidence, weights)
     before = None
     for _ in range(steps):
-        g, h, _ = landmark_terms(model, camera, shape, points, root, size, weights)
+        g, h, _ = landmark_terms(model, camera, shape, seen, weights)
         prior_g, prior_h, _ = prior_terms(model, shape, weights)
         step = bounded_step(model, shape, g + prior_g, h + prior_h, rivals)
         camera, shape = advance(model, camera, shape, step)
         after = cameras.project(model.points(shape), camera)
-        if before is not None and np.abs(after - before).max() < 1e-4 * size:
+        if before is not None and np.abs(after - before).max() < 1e-4 * seen.size:
             break
         before = after
     return camera, shape

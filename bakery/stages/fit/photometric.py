@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bakery import landmarks as marks
 from bakery.geometry import camera as cameras
 from bakery.geometry import harmonics, rotation
 from bakery.geometry.color import LUMA
@@ -138,10 +137,7 @@ class Energy:
     def __init__(self, head, model, points, confidence, anchor, basis, weights):
         self.anchor = anchor
         self.head, self.model, self.basis, self.weights = head, model, basis, weights
-        self.size = marks.face_size(points)
-        self.points = points[: marks.FACE]
-        trust = np.sqrt(confidence[: marks.FACE])
-        self.root = landmarks.contour_weights(self.points, weights) * trust[:, None, None]
+        self.seen = landmarks.see(model, points, confidence, weights)
 
     def look_at(self, level, samples, state):
         """Take a level of the pyramid; how far each sample is seen is settled here."""
@@ -150,8 +146,10 @@ class Energy:
         self.trust = visible_samples(
             self.head, neutral, state.shape.expression, state.camera, samples, level
         )
-        # Corners of the sample faces with the mean identity and only the eyes' look.
-        rest = self.head.mean[samples.corners].astype(np.float64)
+        # Corners of the sample faces with the identity that is held and only the eyes' look.
+        held = state.shape.identity.copy()
+        held[: self.model.modes] = 0
+        rest = self.head.neutral(held)[samples.corners].astype(np.float64)
         for index in np.setdiff1d(np.flatnonzero(state.shape.expression), groups.FITTED):
             weight = state.shape.expression[index]
             rest += weight * self.head.expression_basis[index][samples.corners]
@@ -177,8 +175,7 @@ class Energy:
         first = jacobian.shape[2] - 27 - len(state.appearance.albedo)
         parts = [
             landmarks.landmark_terms(
-                self.model, state.camera, state.shape, self.points, self.root, self.size,
-                self.weights,
+                self.model, state.camera, state.shape, self.seen, self.weights
             ),
             landmarks.prior_terms(self.model, state.shape, self.weights, self.anchor),
             appearance_prior(state.appearance, self.basis, self.weights),

@@ -162,7 +162,7 @@ def complete_skin(linear, mattes, points, fit, head, vertices, atlas, visibility
     return SkinTexture(lit, source, (seen * on_skin).astype(np.float32), tone)
 
 
-def log_ratio(a, b):
+def log_ratio(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """log(a / b) of linear colours, held to a factor of two."""
     return np.clip(np.log(np.maximum(a, 1e-3)) - np.log(np.maximum(b, 1e-3)), -0.7, 0.7)
 
