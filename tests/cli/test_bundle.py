@@ -144,21 +144,6 @@ def test_validate_and_readers_refuse_damage_in_one_line(copy, bakery, tmp_path):
         assert done.returncode == 1 and "Traceback" not in done.stderr
 
 
-def test_two_bakes_give_the_same_bytes(process, bundle, portrait, tmp_path):
-    """Another process, folder and locale: not a byte differs. Step by step: test_steps.py."""
-    import os
-
-    photo, marks = portrait
-    env = os.environ | {"LC_ALL": "C", "TZ": "Asia/Tokyo", "PYTHONHASHSEED": "1"}
-    out = tmp_path / "other name.avatar"
-    done = process("build", photo, "--landmarks", marks, "-o", out, *SMALL, "--keep-photo", env=env)
-    assert done.returncode == 0, done.stderr
-    mine = {p.relative_to(bundle): p.read_bytes() for p in bundle.rglob("*") if p.is_file()}
-    others = {p.relative_to(out): p.read_bytes() for p in out.rglob("*") if p.is_file()}
-    assert mine.keys() == others.keys()
-    assert [str(name) for name in mine if mine[name] != others[name]] == []
-
-
 def test_what_file_managers_leave_behind_is_no_damage(copy):
     for name in (".DS_Store", "web/._avatar.json", "Thumbs.db", "web/desktop.ini"):
         (copy / name).write_bytes(b"x")
