@@ -13,7 +13,8 @@ import pytest
 from bakery import testing
 
 HERE = Path(__file__).parent / "plugin"
-QUICK = ["--preset", "small", "--set", "texture.mouths=2", "--set", "texture.views=[0.0]"]
+FEW = Path(__file__).parent / "few.toml"
+QUICK = ["--preset", "small", "--expressions", FEW, "--set", "texture.views=[0.0]"]
 
 
 @pytest.fixture(scope="module")

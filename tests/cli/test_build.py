@@ -2,11 +2,13 @@
 
 import json
 import shutil
+from pathlib import Path
 
 import pytest
 
+FEW = Path(__file__).parents[1] / "few.toml"
 QUICK = [
-    "--preset", "small", "--set", "texture.mouths=2", "--set", "texture.views=[0.0]",
+    "--preset", "small", "--expressions", FEW, "--set", "texture.views=[0.0]",
     "--generator", "rendered", "--set", "bundle.formats=[]",
 ]  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ from bakery.export.bundle import read_manifest
 from bakery.export.open import open_avatar
 from bakery.stages.texture.complete import OBSERVED
 
+FEW = Path(__file__).parents[1] / "few.toml"
 QUICK = [
-    "--preset", "small", "--set", "texture.mouths=3", "--set", "texture.views=[0.0]",
+    "--preset", "small", "--expressions", FEW, "--set", "texture.views=[0.0]",
     "--generator", "rendered", "--set", "bundle.formats=[]",
 ]  # fmt: skip
 
