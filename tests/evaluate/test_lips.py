@@ -1,13 +1,20 @@
 """What is measured of mouths: known openings and widths, tones, and the means over photos."""
 
 import json
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from bakery import landmarks as marks
+from bakery.detectors import network
 from bakery.errors import InputError
 from bakery.evaluate.detection import lips, talk
+from bakery.formats.image import read_photo
+from bakery.formats.record import read_faces
+
+SAMPLES = Path(__file__).parents[2] / "samples"
 
 
 def face(gap=10.0, width=60.0, turn=0.0):
@@ -78,6 +85,21 @@ def test_clips_are_named_by_their_points(tmp_path):
     (tmp_path / "one.mpg").touch()
     ((path, points),) = talk.clips(tmp_path)
     assert path.name == "one.mpg" and points.shape == (2, 478, 2)
+
+
+def test_a_clip_is_measured_frame_by_frame_and_followed(head, monkeypatch):
+    """A sample that lies still: nothing is missed, nothing correlates, points are where they are."""
+    photo = read_photo(SAMPLES / "anna.jpg").encoded[::2, ::2]
+    picture = np.ascontiguousarray((photo * 255).astype(np.uint8))
+    _, (face,) = read_faces(SAMPLES / "anna.json")
+    steps = np.array([0.0, 1.0, 2.0])
+    frames = [(k / 25, np.roll(picture, int(step), 1)) for k, step in enumerate(steps)]
+    monkeypatch.setattr(talk, "Clip", lambda path: SimpleNamespace(frames=lambda: frames))
+    reference = face.points / 2 + np.stack([steps, 0 * steps], 1)[:, None]
+    reference[1, marks.LIPS_INNER_LOWER[1:-1]] += (0, 4)
+    found = talk.measure(Path("anna.mpg"), reference, network.load(), head)
+    assert found["clip"] == "anna" and found["frames"] == 3 and found["missed"] == 0
+    assert found["error"] < 0.03 and abs(found["jaw"]) <= 1 and abs(found["correlation"]) <= 1
 
 
 @pytest.mark.slow

@@ -181,3 +181,22 @@ def test_glasses_measured_are_glasses(people):
         segments.GLASSES,
         segments.LENS,
     ]
+
+
+@pytest.mark.parametrize(
+    "light, label, kept",
+    [(0.6, portrait.SKIN, False), (0.15, portrait.SKIN, True), (0.6, portrait.HAIR, True)],
+)
+def test_a_dark_side_is_hidden_only_where_it_shows_nothing(light, label, kept):
+    """Encoded 0.6 is a third of the light and 0.15 a 65th; hair is hidden in any light."""
+    size = 40
+    hidden = np.zeros((size, size), bool)
+    hidden[:, : size // 2] = True
+    shares = np.zeros((len(portrait.CLASSES), size, size), np.float32)
+    shares[portrait.SKIN] = 0.5
+    shares[label][hidden] = 1
+    small = np.where(hidden[..., None], light, 1).repeat(3, 2).astype(np.float32)
+    found = network._hidden_side(hidden, shares, small, np.zeros((size, size)))
+    assert (found == (hidden & kept)).all()
+    nothing = np.zeros_like(hidden)
+    assert not network._hidden_side(nothing, shares, small, np.zeros((size, size))).any()

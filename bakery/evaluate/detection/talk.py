@@ -16,7 +16,8 @@ from bakery.formats.portraits import POINTS
 from bakery.formats.video import Clip
 from bakery.heads.base import HeadModel
 from bakery.landmarks import face_size
-from bakery.motion import track
+from bakery.motion.follow import follow
+from bakery.motion.track import track
 from bakery.types import EXPRESSION_INDEX
 
 
@@ -61,7 +62,7 @@ def measure(path: Path, reference: np.ndarray, detector, head: HeadModel) -> dic
             errors.append(np.linalg.norm(points - reference[k], axis=1).mean() / eyes[k])
     there = np.isfinite(seen)
     closed = there & (truth < SHUT)
-    take = track.track(track.follow(pictures, detector), head)
+    take = track(follow(pictures, detector), head)
     weights = take.weights[: len(truth)]
     jaw = weights[:, EXPRESSION_INDEX["jawOpen"]] - weights[:, EXPRESSION_INDEX["mouthClose"]]
     return {

@@ -45,6 +45,7 @@ SURE_BEARD = (0.85, 8.0)  # mean share, distance in Lab from the cheeks (half of
 AGREED = 0.7  # see `_agreement`: below, the network decides alone
 HAIRLINE = 0.06  # of the face size, from the hair of the network: there the rules draw its edge
 HUE = 3.5  # standard deviations from the face's own hue up to which skin is believed
+DEEP = 0.1  # of the lit side's light: a side that is skin and has more is dark, not hidden
 SPECK = 0.002  # of the squared face size: smaller parts of skin, and holes in it, are mistakes
 
 
@@ -90,7 +91,9 @@ def classify(window: Window, rounds: int) -> Found:
     four = np.where(inside, np.stack([behind, body, hair, worn]), outside)
     labels = np.where(inside, labels, outside.argmax(0)).astype(np.uint8)
     _settle_specks(four)
-    hidden = (thing | (ruled.hidden & agreed)) & ~glasses
+    hidden = (
+        thing | (_hidden_side(ruled.hidden, shares, window.small, radius) & agreed)
+    ) & ~glasses
     four[:, glasses | hidden] = 0
     face = (four[SKIN] > 0.5) & (radius < 0.8)
     return Found(four, face, glasses, hidden, labels, shadow=_warped(shadow, to_frame) * inside)
@@ -174,6 +177,19 @@ def _follow_rules(shares, ruled, inside, angle, radius):
     grown = np.isin(top, portrait.BODY) & near & (ruled.shares[HAIR] > 0.5) & inside
     for label in portrait.BODY:
         _take_over(shares, label, portrait.HAIR, grown)
+
+
+def _hidden_side(hidden, shares, small, radius):
+    """What the rules call hidden, unless it is skin in a shadow that still shows it.
+
+    Light from one side makes a side darker than hair may be; it is the person's own nevertheless.
+    """
+    body = np.isin(shares.argmax(0), portrait.BODY)
+    dark, lit = hidden & body, body & ~hidden & (radius < 1)
+    if not lit.any() or dark.sum() <= 0.5 * hidden.sum():
+        return hidden  # mostly hair, as a fringe
+    light = (small**2.2).mean(2)
+    return hidden & (np.median(light[dark]) < DEEP * np.median(light[lit]))
 
 
 def _take_over(shares, loser, winner, where):
