@@ -15,9 +15,7 @@ from bakery.types import Landmarks, Photo
 
 log = logging.getLogger(__name__)
 LARGER = 1.5  # times that a face is larger than every other one, to be taken without a number
-LESS_SURE = (
-    0.1  # of score at most, below another face: a sharp passer-by is as sure as the subject is
-)
+LESS_SURE = 0.1  # of score at most, below another face: a sharp passer-by is as sure as the subject
 SHOWN = 6  # faces that a message lists
 
 

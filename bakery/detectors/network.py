@@ -81,10 +81,9 @@ class NetworkDetector:
             return []
         shapes, errors, presence = self.place(image, found)
         for _ in range(self.options.looks - 1):
-            before = found
             keep = np.flatnonzero(presence > self.options.presence / 2)
             shapes, errors, presence = shapes[keep], errors[keep], presence[keep]
-            scores, before = [scores[i] for i in keep], [before[i] for i in keep]
+            scores, before = [scores[i] for i in keep], [found[i] for i in keep]
             found = [frames.frame_of_points(points) for points in shapes]
             again = [i for i in range(len(keep)) if self._moved(before[i], found[i])]
             if again:

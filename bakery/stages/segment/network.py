@@ -79,7 +79,8 @@ def classify(window: Window, rounds: int) -> Found:
     agreed = _agreement(shares, ruled, radius) > AGREED
     if agreed:
         _follow_rules(shares, ruled, inside, angle, radius)
-    labels = LABEL_OF[shares.argmax(0)]
+    top = shares.argmax(0)
+    labels = LABEL_OF[top]
 
     glasses, clear = _eyewear(window.small, labels, points, radius)
     thing = (labels == THING) & (radius < 1.25)
@@ -91,9 +92,8 @@ def classify(window: Window, rounds: int) -> Found:
     four = np.where(inside, np.stack([behind, body, hair, worn]), outside)
     labels = np.where(inside, labels, outside.argmax(0)).astype(np.uint8)
     _settle_specks(four)
-    hidden = (
-        thing | (_hidden_side(ruled.hidden, shares, window.small, radius) & agreed)
-    ) & ~glasses
+    dark = _hidden_side(ruled.hidden, top, window.small, radius) & agreed
+    hidden = (thing | dark) & ~glasses
     four[:, glasses | hidden] = 0
     face = (four[SKIN] > 0.5) & (radius < 0.8)
     return Found(four, face, glasses, hidden, labels, shadow=_warped(shadow, to_frame) * inside)
@@ -179,12 +179,12 @@ def _follow_rules(shares, ruled, inside, angle, radius):
         _take_over(shares, label, portrait.HAIR, grown)
 
 
-def _hidden_side(hidden, shares, small, radius):
+def _hidden_side(hidden, top, small, radius):
     """What the rules call hidden, unless it is skin in a shadow that still shows it.
 
     Light from one side makes a side darker than hair may be; it is the person's own nevertheless.
     """
-    body = np.isin(shares.argmax(0), portrait.BODY)
+    body = np.isin(top, portrait.BODY)
     dark, lit = hidden & body, body & ~hidden & (radius < 1)
     if not lit.any() or dark.sum() <= 0.5 * hidden.sum():
         return hidden  # mostly hair, as a fringe
