@@ -35,7 +35,7 @@ demo: $(READY) ## bake a sample portrait and say where its picture is
 	@echo 'preview: $(CURDIR)/$(DEMO)/preview.png'
 
 test: $(READY) ## run the tests, on two cores
-	$(RUN)/python -m pytest -n 2 --dist loadfile
+	PYTHONDONTWRITEBYTECODE= $(RUN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 proofs: $(READY) ## run the long proofs, minutes each
 	$(RUN)/python -m pytest -m slow

@@ -1,6 +1,9 @@
 """Triangle meshes: normals, areas, neighbours."""
 
+import numba
 import numpy as np
+
+LEAST = 1e-20  # of a squared length or area: less is none, and nothing is divided by it
 
 
 def face_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -59,32 +62,54 @@ def closest_barycentric(points: np.ndarray, triangles: np.ndarray) -> np.ndarray
         Ericson, "Real-Time Collision Detection", sec. 5.1.5: the plane's point where it lies
         inside, else the closest point of the three edges.
     """
-    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
-    best = np.full(len(points), np.inf)
     out = np.zeros((len(points), 3))
-    for start, end in ((0, 1), (1, 2), (2, 0)):
-        edge = triangles[:, end] - triangles[:, start]
-        length = np.maximum((edge**2).sum(1), 1e-20)
-        along = np.clip(((points - triangles[:, start]) * edge).sum(1) / length, 0, 1)
-        off = ((triangles[:, start] + along[:, None] * edge - points) ** 2).sum(1)
-        nearer = off < best
-        best[nearer] = off[nearer]
-        out[nearer] = 0
-        out[nearer, start] = 1 - along[nearer]
-        out[nearer, end] = along[nearer]
-    normal = np.cross(b - a, c - a)
-    area = np.maximum((normal**2).sum(1), 1e-20)
-    plane = (
-        np.stack(
-            [
-                (np.cross(c - b, points - b) * normal).sum(1),
-                (np.cross(a - c, points - c) * normal).sum(1),
-                (np.cross(b - a, points - a) * normal).sum(1),
-            ],
-            1,
-        )
-        / area[:, None]
+    _closest(
+        np.ascontiguousarray(points, np.float64), np.ascontiguousarray(triangles, np.float64), out
     )
-    inside = (plane >= 0).all(1) & ((normal**2).sum(1) > 1e-20)
-    out[inside] = plane[inside] / plane[inside].sum(1, keepdims=True)
     return out
+
+
+@numba.njit(cache=True, nogil=True)
+def _minus(a, b):
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@numba.njit(cache=True, nogil=True)
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@numba.njit(cache=True, nogil=True)
+def _cross(a, b):
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@numba.njit(cache=True, nogil=True)
+def _closest(points, triangles, out):
+    for n in range(len(points)):
+        point, triangle = points[n], triangles[n]
+        best = np.inf
+        for first in range(3):
+            start, end = triangle[first], triangle[(first + 1) % 3]
+            edge, away = _minus(end, start), _minus(point, start)
+            along = min(max(_dot(away, edge) / max(_dot(edge, edge), LEAST), 0.0), 1.0)
+            off = (
+                start[0] + along * edge[0] - point[0],
+                start[1] + along * edge[1] - point[1],
+                start[2] + along * edge[2] - point[2],
+            )
+            distance = _dot(off, off)
+            if distance < best:
+                best = distance
+                out[n] = 0
+                out[n, first], out[n, (first + 1) % 3] = 1 - along, along
+        a, b, c = triangle[0], triangle[1], triangle[2]
+        normal = _cross(_minus(b, a), _minus(c, a))
+        area = _dot(normal, normal)
+        if area > LEAST:
+            u = _dot(_cross(_minus(c, b), _minus(point, b)), normal) / area
+            v = _dot(_cross(_minus(a, c), _minus(point, c)), normal) / area
+            w = _dot(_cross(_minus(b, a), _minus(point, a)), normal) / area
+            if u >= 0 and v >= 0 and w >= 0:
+                whole = u + v + w
+                out[n, 0], out[n, 1], out[n, 2] = u / whole, v / whole, w / whole

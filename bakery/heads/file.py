@@ -17,6 +17,7 @@ rectangle_names, rectangles     [R], [R, 4] float32
 import os
 import sys
 import zipfile
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +93,9 @@ def load_head(name_or_path: str | Path = DEFAULT) -> HeadModel:
     Raises:
         UsageProblem: no such head model.
         ModelError: the file is damaged or not a head model.
+
+    Returns:
+        the HeadModel; of a built-in one always the same, so nobody may change its arrays.
     """
     if str(name_or_path) in plugins.known("heads") and str(name_or_path) not in list_heads():
         made = plugins.plug_in("heads", str(name_or_path))
@@ -99,6 +103,16 @@ def load_head(name_or_path: str | Path = DEFAULT) -> HeadModel:
             return made
         name_or_path = made
     path = find_head(name_or_path)
+    return _built_in(path) if path.parent == BUILT_IN else _read(path)
+
+
+@cache
+def _built_in(path):
+    """One head for all portraits of a process: what is made of it once is kept with it (`memo`)."""
+    return _read(path)
+
+
+def _read(path):
     try:
         arrays = npz.unpack_arrays(read_bytes(path))
     except (npz.NpzError, InputError) as error:

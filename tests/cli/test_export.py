@@ -1,6 +1,7 @@
 """`bakery export`: a bundle in each format; the formats that a preset names."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +9,8 @@ import pytest
 from bakery.export import bundle as bundles
 from bakery.plugins import known, plug_in
 from bakery.testing import check_exporter
+
+FEW = Path(__file__).parents[1] / "few.toml"
 
 
 @pytest.mark.parametrize("name", sorted(known("exporters")))
@@ -87,7 +90,7 @@ def test_a_bundle_of_the_formats_that_a_preset_names(bakery, portrait, tmp_path)
     out = tmp_path / "a.avatar"
     done = bakery(
         "build", photo, "--landmarks", marks, "-o", out, "--preset", "small", "--generator",
-        "rendered", "--set", "texture.mouths=2", "--set", "texture.views=[0.0]",
+        "rendered", "--expressions", FEW, "--set", "texture.views=[0.0]",
         "--set", 'bundle.formats=["preview"]',
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

@@ -2,12 +2,14 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from bakery.export.bundle import read_manifest
 
-QUICK = ["--set", "texture.mouths=3", "--set", "texture.views=[0.0]", "--resolution", "512"]
+FEW = Path(__file__).parents[1] / "few.toml"
+QUICK = ["--expressions", FEW, "--set", "texture.views=[0.0]", "--resolution", "512"]
 PRESET = """
 [segment]
 rounds = 2
@@ -58,8 +60,6 @@ def step_by_step(process, bakery, photo, folder, options, marks=None, *last):
 @pytest.mark.parametrize("case", ["default", "fit table, other generator and hair"])
 def test_the_single_steps_are_the_bake(process, bakery, tmp_path, case):
     """Not a byte differs; the default detector finds the face, as users have it, or a file has it."""
-    from pathlib import Path
-
     sample = Path(__file__).parents[2] / "samples" / "emil.jpg"
     options, marks, last = ["--preset", "default", *QUICK], None, []
     if case != "default":
@@ -82,7 +82,8 @@ def steps(bakery, portrait, tmp_path_factory):
     """Fit, textures by the rendered generator, and masks of the painted portrait."""
     photo, marks = portrait
     folder = tmp_path_factory.mktemp("steps")
-    small = ["--preset", "small", "--set", "texture.mouths=2", "--set", "texture.views=[0.0]"]
+    small = ["--preset", "small", "--expressions", FEW, "--set", "texture.views=[0.0]"]
+    small += ["--set", "bundle.formats=[]"]
     given = [photo, "--landmarks", marks, *small]
     for command in (
         ["fit", *given, "-o", folder / "f.json"],

@@ -22,6 +22,7 @@ from bakery.generators.pagan import PaganGenerator
 from bakery.generators.plain import PlainUNet
 from bakery.generators.unet import INPUTS, NetworkOptions, UNet
 from bakery.heads.base import PARTS
+from bakery.stages.condition import SIZE
 from bakery.synth.pairs import PaintedPair, write_shard
 from bakery.types import EXPRESSION_INDEX, Generated
 
@@ -45,6 +46,22 @@ def twins(portrait):
     return Pair("painted", portrait[0], portrait[0], face.points, face.points, True)
 
 
+@pytest.fixture(scope="module", autouse=True)
+def fitted_once():
+    """Who is fitted and unwrapped in the same way twice is so once: nobody changes the subject."""
+    with pytest.MonkeyPatch.context() as patch:
+        made = {}
+
+        def fit(path, landmarks, head, size=SIZE):
+            key = path, landmarks.points.tobytes(), size
+            if key not in made:
+                made[key] = FittedSubject(path, landmarks, head, size=size)
+            return made[key]
+
+        patch.setattr(generator, "FittedSubject", fit)
+        yield fit
+
+
 @pytest.fixture(scope="module")
 def result(twins, head):
     delta = np.zeros((generator.DELTA_TEXELS, generator.DELTA_TEXELS, 3), np.float32)
@@ -64,10 +81,10 @@ def test_one_photo_twice_has_one_geometry(result):
     assert table["own_geometry"]["same"].items() <= table["same"].items()
 
 
-def test_the_headline_is_the_neutral_photos_head(twins, aside, head):
+def test_the_headline_is_the_neutral_photos_head(twins, aside, head, fitted_once):
     """Driven: the shape of the neutral photo; own geometry: that of the other photo's fit."""
     _, (turned,) = read_faces(aside[1])
-    fitted = FittedSubject(twins.neutral, landmarks_of(twins.neutral_points), head)
+    fitted = fitted_once(twins.neutral, landmarks_of(twins.neutral_points), head)
     driven, own = fitted.observe_both(aside[0], landmarks_of(turned.points))
     assert driven.fit is own.fit
     used = np.asarray(driven.fit.expression)
@@ -111,9 +128,9 @@ def test_identity_of_pictures_that_are_the_truth(result):
 
 
 @pytest.fixture(scope="module")
-def still(twins, head):
+def still(twins, head, fitted_once):
     """The fitted, and a take in which nothing moves."""
-    fitted = FittedSubject(twins.neutral, landmarks_of(twins.neutral_points), head)
+    fitted = fitted_once(twins.neutral, landmarks_of(twins.neutral_points), head)
     return fitted, Take(np.arange(4) / 30, np.zeros((4, 52), np.float32), np.zeros((4, 3)), None)
 
 

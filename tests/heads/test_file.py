@@ -139,3 +139,10 @@ def test_names_are_looked_up(tiny, tmp_path, monkeypatch):
 def test_all_arrays_are_written(tiny, tmp_path):
     save_head(tmp_path / "tiny.npz", tiny)
     assert tuple(read(tmp_path / "tiny.npz")) == tuple(ARRAYS)
+
+
+def test_a_built_in_head_is_read_once_and_a_file_each_time(head, tmp_path):
+    """What is made of a head is kept with it, so that the next portrait finds it made."""
+    assert load_head() is load_head("makehuman")
+    save_head(tmp_path / "a.npz", head)
+    assert load_head(tmp_path / "a.npz") is not load_head(tmp_path / "a.npz")

@@ -77,6 +77,14 @@ def pictures(photos, tmp_path_factory):
     return folder
 
 
+@pytest.fixture(scope="module", autouse=True)
+def few_crops():
+    """A bank of ten pictures has no more to tell in 128 crops than in four."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(detector, "CROPS", 4)
+        yield
+
+
 def options(**changes):
     plain = dict(minutes=0.02, batch=2, log_every=1)
     return detector.DetectorOptions(**{**plain, **changes})

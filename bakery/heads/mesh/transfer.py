@@ -139,15 +139,19 @@ class Transfer:
         return self.solve(right + self.held[:, None] * places)
 
 
-def deformations(laid, shape, faces):
-    """Gradients [N, 3, 3] of the displacement of some faces under a shape [V, 3] mm of the head.
+def deformations(laid, faces):
+    """A function (shape [V, 3] mm of the head) -> gradients [N, 3, 3] of some faces' displacement.
 
     They are turned as the head was when it was laid.
     """
     head = laid.head
-    before = frames(head.mean, head.faces[faces])
-    after = frames(head.mean + shape, head.faces[faces])
-    return laid.turn @ (after @ np.linalg.inv(before) - np.eye(3)) @ laid.turn.T
+    undo = np.linalg.inv(frames(head.mean, head.faces[faces]))
+
+    def of(shape):
+        after = frames(head.mean + shape, head.faces[faces])
+        return laid.turn @ (after @ undo - np.eye(3)) @ laid.turn.T
+
+    return of
 
 
 def own_shapes(laid):
@@ -162,10 +166,10 @@ def own_shapes(laid):
     faces = faces.reshape(-1, 3)
     still = np.abs(head.expression_basis[:, used]).max((0, 2)) < STILL
     solver = Transfer(laid.vertices[used], faces, still.astype(float), 1.0)
-    none = np.zeros((len(used), 3))
+    none, wanted = np.zeros((len(used), 3)), deformations(laid, chosen)
     for k, shape in enumerate(head.expression_basis):
         if np.abs(shape[used]).max() > STILL:
-            out[k, used] = solver.displacement(deformations(laid, shape, chosen), none)
+            out[k, used] = solver.displacement(wanted(shape), none)
     return out.astype(np.float32)
 
 
@@ -179,13 +183,13 @@ def shapes(vertices, faces, pairs, laid, laid_shapes):
     head = laid.head
     solver = Transfer(vertices, faces, pairs.trust**2)
     needed, index = np.unique(pairs.face, return_inverse=True)
+    wanted = deformations(laid, needed)
     out = np.zeros((len(laid_shapes), len(vertices), 3), np.float32)
     for k, shape in enumerate(head.expression_basis):
         places = pairs.read(head.faces, laid_shapes[k])
         if np.abs(places).max() < STILL:
             continue
-        wanted = deformations(laid, shape, needed)[index]
-        out[k] = solver.displacement(wanted, places)
+        out[k] = solver.displacement(wanted(shape)[index], places)
     return out
 
 

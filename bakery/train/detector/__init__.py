@@ -31,6 +31,7 @@ NETWORKS = ("finder", "points", "eye", "mouth")
 # What a rim counts over other points of a close-up: lids, irises, brows and lips carry a face.
 RIMS = np.concatenate([marks.LIPS, *marks.EYES, marks.BROWS, [marks.LEFT_IRIS.start]])
 RIM = 2.0
+CROPS = 128  # of a batch that is looked at, not learned from
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,7 @@ class Trained:
             return
         total = torch.zeros(len(self.rows), 2, device=self.device)
         for _ in range(8):
-            _, target, present, _ = self.batches.make(source, 128, rng)
+            _, target, present, _ = self.batches.make(source, CROPS, rng)
             total += (target * present[:, None, None]).sum(0) / present.sum() / 8
         self.network.mean_shape.copy_(total)
         self.averaged.load_state_dict(self.network.state_dict())
@@ -126,7 +127,7 @@ class Trained:
         found = {}
         with torch.inference_mode():
             for _ in range(4):
-                image, target, present, _ = self.batches.make(held, 128, rng)
+                image, target, present, _ = self.batches.make(held, CROPS, rng)
                 parts = points_loss(self.averaged(image), target, present, None, self.lips)[1]
                 for name in parts.keys() & {"distance", "lips"}:
                     found[f"held_{name}"] = found.get(f"held_{name}", 0.0) + float(parts[name]) / 4
