@@ -39,12 +39,13 @@ SMALL = ["--preset", "small", "--set", "texture.mouths=3", "--set", "texture.vie
 # The files that take longest, in about that order: workers that begin with them end together.
 LONGEST = """
     cli/test_resume.py cli/test_steps.py golden/test_golden.py heads/mesh/test_import.py
-    cli/test_build.py synth/test_failures.py test_plugin.py cli/test_export.py web/test_page.py
-    fuzz/test_fuzz.py train/segment/test_segment.py export/test_damage.py cli/test_generate.py
-    evaluate/test_generator.py synth/test_pair_painter.py train/test_pagan.py
-    train/test_detector.py cli/test_same_person.py export/test_versions.py test_systems.py
-    evaluate/test_fitting.py synth/test_synth_commands.py train/test_identity.py
-    heads/mesh/test_transfer.py synth/test_portraits.py cli/test_bundle.py test_testing.py
+    cli/test_build.py synth/test_failures.py cli/test_step_inputs.py test_plugin.py
+    cli/test_export.py web/test_page.py fuzz/test_fuzz.py train/segment/test_segment.py
+    export/test_damage.py cli/test_generate.py evaluate/test_generator.py
+    synth/test_pair_painter.py train/test_pagan.py train/test_detector.py
+    cli/test_same_person.py export/test_versions.py test_systems.py evaluate/test_fitting.py
+    synth/test_synth_commands.py train/test_identity.py heads/mesh/test_transfer.py
+    synth/test_portraits.py cli/test_bundle.py test_testing.py
 """.split()
 
 

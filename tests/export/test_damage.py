@@ -9,7 +9,7 @@ import pytest
 
 from bakery.errors import BakeryError
 from bakery.export import bundle as bundles
-from bakery.export import hostile
+from bakery.export import hostile, validate
 from bakery.export.schema import seal
 from bakery.export.validate import problems
 from bakery.export.validate_glb import glb_problems
@@ -122,11 +122,13 @@ def test_the_head_is_opened(copy, bakery, tmp_path):
 def test_names_of_shapes_that_are_no_list(copy, glb, name):
     split, join = glb
     document, rest = split((copy / name).read_bytes())
+    manifest = bundles.read_manifest(copy)
     for wrong in (5, None, "jawOpen", [5] * 52, {}, [[]] * 52):
         document["meshes"][0]["extras"]["targetNames"] = wrong
         swap(copy, name, join(document, rest))
-        (found,) = problems(copy)
+        (found,), _ = validate._content_problems(copy / name, name, manifest)
         assert found.startswith(f"{name}: ") and "\n" not in found
+    assert problems(copy) == [found]
 
 
 WRONG = [None, True, 5, -1, 2**70, 1e308, "x", [], {}, [[]], {"a": None}]

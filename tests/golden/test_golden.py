@@ -13,6 +13,7 @@ import pytest
 
 from bakery.bake.faces import one_face
 from bakery.bake.fitting import fit_portrait, own_head
+from bakery.bake.kept import Kept
 from bakery.bake.mask import draw_masks
 from bakery.bake.targets import read_targets
 from bakery.bake.textures import paint
@@ -31,6 +32,19 @@ from bakery.stages.condition import face_camera
 SAMPLE = Path(__file__).resolve().parents[2] / "samples" / "anna.jpg"
 
 
+class NeutralKept(Kept):
+    """The neutral texture, which no generator paints, in memory; all else is made each time."""
+
+    def __init__(self):
+        super().__init__()
+        self.arrays = {}
+
+    def one(self, name, make):
+        if name not in self.arrays:
+            self.arrays[name] = make()
+        return self.arrays[name]
+
+
 @pytest.fixture(scope="module")
 def bake():
     """A function (generator, targets, *settings) -> Avatar of samples/anna.jpg at 512 texels.
@@ -41,13 +55,12 @@ def bake():
     head, options = load_head("makehuman"), build_options("small", [])
     fit, segmentation = fit_portrait(SAMPLE, photo, face, head, options)
     own, neutral = own_head(head, fit)
-    masks = draw_masks(head, options)
+    masks, kept = draw_masks(head, options), NeutralKept()
 
     def run(generator, targets, *settings):
         options = build_options("small", settings)
-        textures = paint(
-            photo, face, fit, segmentation, head, generator, HairLayer(), options, wanted=targets
-        )
+        given = photo, face, fit, segmentation, head, generator, HairLayer(), options
+        textures = paint(*given, kept, wanted=targets)
         return Avatar(own, neutral, fit, textures, masks)
 
     return run

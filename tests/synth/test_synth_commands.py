@@ -1,6 +1,7 @@
 """`bakery synth` from the outside: pairs, skins, sheets."""
 
 from dataclasses import replace
+from functools import partial
 
 import pytest
 from click.testing import CliRunner
@@ -52,6 +53,8 @@ def test_what_is_not_there_is_said(tmp_path):
 
 def test_failures_are_painted(tmp_path, monkeypatch):
     monkeypatch.setattr(failures, "SIZE", (96, 120))
+    quick = partial(failures.paint_case, detail=2.0, share=0.1, supersample=1, quality=0.2)
+    monkeypatch.setattr(failures, "paint_case", quick)
     done = run("failures", "hand", "-o", tmp_path)
     assert done.exit_code == 0 and done.stdout.split() == [str(tmp_path / "hand.jpg")]
     assert read_photo(tmp_path / "hand.jpg").encoded.shape == (120, 96, 3)

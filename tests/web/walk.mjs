@@ -7,7 +7,9 @@ import { open } from './browser.mjs';
 
 const [playwright, chromium, file, take, out, axe] = process.argv.slice(2);
 const options = { colorScheme: 'dark', reducedMotion: 'reduce', acceptDownloads: true };
-const { browser, page, log } = await open(playwright, chromium, { width: 960, height: 600 }, options);
+// Software draws each pixel slowly: where nobody looks at the picture the window is low.
+const [HIGH, LOW] = [{ width: 960, height: 600 }, { width: 960, height: 300 }];
+const { browser, page, log } = await open(playwright, chromium, HIGH, options);
 const seen = { log, requests: [], dialogs: 0 };
 page.setDefaultTimeout(120000); // software drawing, on a machine that may be busy
 async function walk() {
@@ -27,13 +29,17 @@ async function walk() {
   seen.images = await page.locator('img').count();
   await page.screenshot({ path: join(out, 'page.png') });
 
+  await page.setViewportSize(LOW);
   await sliders();
+  await page.setViewportSize(HIGH);
   await expressions();
   await keys();
   await stages();
+  await page.setViewportSize(LOW);
   await layers();
   await playing();
   await costs();
+  await page.setViewportSize(HIGH);
   seen.nameless = await nameless();
   seen.axe = { desktop: await violations() };
   await phone();

@@ -345,4 +345,6 @@ def registration(figure, head, neutral, marks, expression, gaze, camera):
     posed = head.landmarks(head.vertices(neutral, expression, gaze))
     missing = (marks + kept * [1, 1, 0] - posed)[:FACE]
     turn = rotation.matrix(camera.rotation)
-    return residual_offsets(head, (missing @ turn.T * [1, 1, 0]) @ turn)
+    # Of the stage's head: lids that close on other eyes change no weight of the warp, and those of
+    # one head are found once.
+    return residual_offsets(figure.stage.head, (missing @ turn.T * [1, 1, 0]) @ turn)
