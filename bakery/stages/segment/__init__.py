@@ -76,7 +76,7 @@ def segment(
     check_array("points", points, (478, 2))
     window, box = window_of(encoded, points)
     if options.method == "network":
-        found = network.classify(window, options.rounds)
+        found = network.classify(window)
     else:
         found = colours.classify(window, options.rounds)
     regions, skin = enlarge(window, found, options)
