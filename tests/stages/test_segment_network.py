@@ -183,18 +183,21 @@ def test_glasses_measured_are_glasses(people):
     ]
 
 
-@pytest.mark.parametrize(
-    "light, label, kept",
-    [(0.6, portrait.SKIN, False), (0.15, portrait.SKIN, True), (0.6, portrait.HAIR, True)],
-)
-def test_a_dark_side_is_hidden_only_where_it_shows_nothing(light, label, kept):
-    """Encoded 0.6 is a third of the light and 0.15 a 65th; hair is hidden in any light."""
-    size = 40
-    hidden = np.zeros((size, size), bool)
-    hidden[:, : size // 2] = True
-    top = np.where(hidden, label, portrait.SKIN)
-    small = np.where(hidden[..., None], light, 1).repeat(3, 2).astype(np.float32)
-    found = network._hidden_side(hidden, top, small, np.zeros((size, size)))
-    assert (found == (hidden & kept)).all()
-    nothing = np.zeros_like(hidden)
-    assert not network._hidden_side(nothing, top, small, np.zeros((size, size))).any()
+def test_the_surest_class_is_argmax(rng=np.random.default_rng(3)):
+    """Also where two are as sure: the first."""
+    shares = np.round(rng.random((15, 40, 50)), 1).astype(np.float32)
+    found = network.surest(shares)
+    assert found.dtype == np.uint8
+    np.testing.assert_array_equal(found, shares.argmax(0))
+
+
+def test_clothes_go_on_where_the_network_sees_no_more(people):
+    """Below the crop the photo shows what the crop's border shows."""
+    picture, points, _ = people[0]
+    tall = cv2.copyMakeBorder(picture, 0, 90, 0, 0, cv2.BORDER_REPLICATE)
+    below = segment(tall, points).labels[picture.shape[0] + 2 :]
+    border = seen(points).any(1).nonzero()[0].max()
+    within = segment(tall, points).labels[min(border, picture.shape[0] - 1)]
+    rows = below[(below != segments.BACKGROUND).any(1)]
+    assert len(rows) > 5, "what lies around the face is labelled beyond the crop"
+    assert (rows[3] == within).mean() > 0.8

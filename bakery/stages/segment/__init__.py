@@ -117,11 +117,10 @@ def _named(window, regions, fine):
     if fine is None:
         return regions
     labels = regions.copy()
-    for label in range(len(REGIONS), len(LABELS)):
-        where = fine == label
-        if where.any():
-            fits = np.isin(regions, WITHIN.get(label, (REGION_OF[label],)))
-            labels[on_photo(window, where) & fits] = label
+    there = [label for label in np.unique(fine).tolist() if label >= len(REGIONS)]
+    for label, where in zip(there, on_photo(window, *(fine == label for label in there))):
+        fits = np.isin(regions, WITHIN.get(label, (REGION_OF[label],)))
+        labels[where & fits] = label
     return labels
 
 
