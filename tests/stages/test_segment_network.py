@@ -183,6 +183,32 @@ def test_glasses_measured_are_glasses(people):
     ]
 
 
+@pytest.mark.parametrize(
+    "light, label, side, hidden",
+    [
+        (0.2, segments.SKIN, "left", True),  # encoded 0.2 is a 34th of the light
+        (0.6, segments.SKIN, "left", False),  # a third: dark, but the person's own
+        (1.0, segments.HAIR, "left", True),
+        (1.0, segments.HAIR, "both", False),  # nothing could stand in for it
+        (1.0, segments.GLASSES, "left", False),
+    ],
+)
+def test_one_side_is_hidden_where_it_shows_nothing(light, label, side, hidden):
+    size = 80
+    rows, columns = np.indices((size, size)) - (size - 1) / 2
+    radius = np.hypot(rows, columns) / 36
+    where = columns < 0 if side == "left" else np.ones_like(columns, bool)
+    where = where & (rows < 10)
+    labels = np.where(where, label, segments.SKIN)
+    small = np.where(where[..., None], light, 1.0).repeat(3, 2).astype(np.float32)
+    found = network._hidden_side(labels, small, radius)
+    assert found.any() == hidden
+    if hidden:
+        inside = where & (radius < 0.9)
+        assert found[inside].mean() > 0.9 and not found[~where & (columns > 8)].any()
+    assert not found[radius >= 1].any()
+
+
 def test_the_surest_class_is_argmax():
     """Also where two are as sure: the first."""
     rng = np.random.default_rng(3)

@@ -41,6 +41,9 @@ LABEL_OF = np.array(  # of each of portrait.CLASSES
 WORN = 0.1  # area of glasses over the square of the eye distance from which they are believed
 SURE_THING = (0.05, 0.93)  # area over that of the face, mean share, of a thing that is believed
 SURE_BEARD = (0.85, 8.0)  # mean share, distance in Lab from the cheeks (half of that in lightness)
+DEEP = 0.1  # of the light on the lit skin: below, a shadow shows nothing
+MIDDLE = 0.72  # of the way to the contour: what one side of the face is judged by
+COVERED, BOTH_SIDES = 0.15, 0.5  # least share of the middle; most that both sides have in common
 SPECK = 0.002  # of the squared face size: smaller parts of skin, and holes in it, are mistakes
 
 
@@ -73,7 +76,7 @@ def classify(window: Window) -> Found:
     worn = shares[portrait.CLOTH] + shares[portrait.HAT] + shares[portrait.THING] * ~thing
     four = np.stack([shares[portrait.BACKGROUND], body, shares[portrait.HAIR], worn])
     _settle_specks(four)
-    hidden = thing & ~glasses
+    hidden = (thing | _hidden_side(labels, window.small, radius)) & ~glasses
     four[:, glasses | hidden] = 0
     face = (four[SKIN] > 0.5) & (radius < 0.8)
     return Found(four, face, glasses, hidden, labels, shadow=_warped(shadow, to_frame))
@@ -135,6 +138,26 @@ def _bearded(sureness, beard, small, points, radius):
     lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB)
     off = np.median(lab[beard], 0) - np.median(lab[cheeks], 0)
     return np.linalg.norm(off * [0.5, 1, 1]) > apart
+
+
+def _hidden_side(labels, small, radius):
+    """Hair, or a shadow that swallows the skin, before one side of the face: [S, S] bool.
+
+    The other side can stand in for it. What hides both alike, as a brim's shadow, is left alone: a
+    face of nothing but guesses is no better. A side that is merely darker shows the person's own skin.
+    """
+    middle = radius < MIDDLE
+    bare = np.isin(labels, LABEL_OF[list(portrait.BODY)])
+    light = (small**2.2).mean(2)
+    lit = np.percentile(light[bare & middle], 75) if (bare & middle).any() else 0.0
+    lost = (bare & (light < DEEP * lit)) | (labels == HAIR)
+    lost = cv2.morphologyEx(lost.astype(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5), np.uint8)) > 0
+    inner = lost & middle
+    both = (inner & inner[:, ::-1]).sum()
+    if inner.sum() < COVERED * middle.sum() or both > BOTH_SIDES * inner.sum():
+        return np.zeros_like(lost)
+    closed = cv2.morphologyEx(lost.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((15, 15))) > 0
+    return closed & (radius < 1)
 
 
 def _take_over(shares, loser, winner, where):
