@@ -21,6 +21,7 @@ from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 RATE = 30.0  # frames a second
 REST = 8  # frames at the start in which nothing is done: people begin clips like this
+STILL = 0.02  # weight below which nothing is seen to move
 GRAIN = 2.0  # levels of 255, standard deviation of fresh noise on the frames of a still face
 CLIP = TrainingOptions(size=384, spread=0.8, quality=0.3)
 
@@ -82,6 +83,12 @@ def random_performance(rng, count):
     return Performance(face.astype(np.float32), gaze, head)
 
 
+def still_frames(played):
+    """Frames [N] bool of a Performance in which the face rests, whatever the gaze does."""
+    moving = [n for n, name in enumerate(EXPRESSIONS) if not name.startswith("eyeLook")]
+    return played.weights[:, moving].max(1) < STILL
+
+
 def paint_clip(head, seed, performance, options=CLIP):
     """Yield the frames of one random person, camera and light: [H, W, 3] uint8 sRGB."""
     rng = np.random.default_rng(seed)
@@ -118,7 +125,8 @@ class ClipResult:
     frames: int
     found: float  # share of frames in which the face was found
     error: float  # mean absolute error of the 52 weights
-    error_rest: float  # the same if every frame were called a resting face
+    resting: float  # the same in the frames in which only the gaze moves; NaN if there are none
+    baseline: float  # the same if every frame were called a resting face
     correlation: float  # of all weights with what was played
     blink: float  # mean absolute error of the two eyeBlink weights
     jaw: float  # and of jawOpen
@@ -152,8 +160,8 @@ def measure(head, detector, seed, count, still=24, pictures=None):
     take = track(followed, head)
     seconds = time.perf_counter() - start
     error = np.abs(take.weights - played.weights)
-    rest = track(follow(still_clip(pictures[0], still, seed), detector), head)
-    turn = take.head - played.head
+    same = track(follow(still_clip(pictures[0], still, seed), detector), head)
+    turn, resting = take.head - played.head, still_frames(played)
     order = np.argsort(-error.mean(0))[:5]
 
     def of(*names):
@@ -164,13 +172,14 @@ def measure(head, detector, seed, count, still=24, pictures=None):
         frames=count,
         found=float(followed.found.mean()),
         error=float(error.mean()),
-        error_rest=float(played.weights.mean()),
+        resting=float(error[resting].mean()) if resting.any() else float("nan"),
+        baseline=float(played.weights.mean()),
         correlation=float(np.corrcoef(take.weights.ravel(), played.weights.ravel())[0, 1]),
         blink=of("eyeBlinkLeft", "eyeBlinkRight"),
         jaw=of("jawOpen"),
         gaze=float(np.linalg.norm(take.eyes[:, 0] - played.gaze, axis=1).mean()),
         head=float(np.abs(turn - turn.mean(0)).mean()),
-        jitter=float(rest.weights.std(0).mean()),
+        jitter=float(same.weights.std(0).mean()),
         frames_per_second=count / seconds,
         worst={EXPRESSIONS[n]: round(float(error[:, n].mean()), 3) for n in order},
     )
@@ -179,7 +188,9 @@ def measure(head, detector, seed, count, still=24, pictures=None):
 def summary(results):
     """Means of several ClipResults, and the worst jitter."""
     names = [
-        "error", "error_rest", "correlation", "blink", "jaw", "gaze", "head", "frames_per_second",
+        "error", "resting", "baseline", "correlation", "blink", "jaw", "gaze", "head",
+        "frames_per_second",
     ]  # fmt: skip
-    table = {name: float(np.mean([getattr(result, name) for result in results])) for name in names}
+    rows = {name: [getattr(result, name) for result in results] for name in names}
+    table = {name: float(np.nanmean(row)) for name, row in rows.items()}
     return {"clips": len(results)} | table | {"jitter": max(result.jitter for result in results)}

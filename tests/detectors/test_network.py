@@ -46,17 +46,22 @@ class StubPoints:
 
 
 def test_pyramid_reaches_small_and_whole_frame_faces():
-    levels = network.pyramid(np.zeros((1350, 900, 3), np.uint8), network.NetworkOptions())
+    sizes = network.level_sizes((1350, 900, 3), network.NetworkOptions())
+    levels = network.pyramid(np.zeros((1350, 900, 3), np.uint8), sizes)
     assert levels[0].shape[0] == round(1350 / 3.2)
     assert 96 <= max(levels[-1].shape) <= 116
-    small = network.pyramid(np.zeros((50, 40, 3), np.uint8), network.NetworkOptions())
+    small = network.pyramid(
+        np.zeros((50, 40, 3), np.uint8),
+        network.level_sizes((50, 40, 3), network.NetworkOptions()),
+    )
     assert [level.shape[:2] for level in small] == [(96, 77)]
 
 
 def test_finder_peak_lands_on_its_photo_pixels():
     detector = network.NetworkDetector(StubFinder(), StubPoints())
     picture = np.zeros((320, 320, 3), np.uint8)  # one level of 100 pixels
-    ((_, frame),) = detector.peaks(picture, network.pyramid(picture, detector.options))
+    sizes = network.level_sizes(picture.shape, detector.options)
+    ((_, frame),) = detector.peaks(picture, network.pyramid(picture, sizes))
     assert_allclose(frame.center, [(5.5 + 0.25) * 8 * 3.2, 3.5 * 8 * 3.2])
     assert_allclose(frame.size, 48 * 3.2)
     assert frame.roll == 0

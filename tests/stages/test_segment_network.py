@@ -184,17 +184,47 @@ def test_glasses_measured_are_glasses(people):
 
 
 @pytest.mark.parametrize(
-    "light, label, kept",
-    [(0.6, portrait.SKIN, False), (0.15, portrait.SKIN, True), (0.6, portrait.HAIR, True)],
+    "light, label, side, hidden",
+    [
+        (0.2, segments.SKIN, "left", True),  # encoded 0.2 is a 34th of the light
+        (0.6, segments.SKIN, "left", False),  # a third: dark, but the person's own
+        (1.0, segments.HAIR, "left", True),
+        (1.0, segments.HAIR, "both", False),  # nothing could stand in for it
+        (1.0, segments.GLASSES, "left", False),
+    ],
 )
-def test_a_dark_side_is_hidden_only_where_it_shows_nothing(light, label, kept):
-    """Encoded 0.6 is a third of the light and 0.15 a 65th; hair is hidden in any light."""
-    size = 40
-    hidden = np.zeros((size, size), bool)
-    hidden[:, : size // 2] = True
-    top = np.where(hidden, label, portrait.SKIN)
-    small = np.where(hidden[..., None], light, 1).repeat(3, 2).astype(np.float32)
-    found = network._hidden_side(hidden, top, small, np.zeros((size, size)))
-    assert (found == (hidden & kept)).all()
-    nothing = np.zeros_like(hidden)
-    assert not network._hidden_side(nothing, top, small, np.zeros((size, size))).any()
+def test_one_side_is_hidden_where_it_shows_nothing(light, label, side, hidden):
+    size = 80
+    rows, columns = np.indices((size, size)) - (size - 1) / 2
+    radius = np.hypot(rows, columns) / 36
+    where = columns < 0 if side == "left" else np.ones_like(columns, bool)
+    where = where & (rows < 10)
+    labels = np.where(where, label, segments.SKIN)
+    small = np.where(where[..., None], light, 1.0).repeat(3, 2).astype(np.float32)
+    found = network._hidden_side(labels, small, radius)
+    assert found.any() == hidden
+    if hidden:
+        inside = where & (radius < 0.9)
+        assert found[inside].mean() > 0.9 and not found[~where & (columns > 8)].any()
+    assert not found[radius >= 1].any()
+
+
+def test_the_surest_class_is_argmax():
+    """Also where two are as sure: the first."""
+    rng = np.random.default_rng(3)
+    shares = np.round(rng.random((15, 40, 50)), 1).astype(np.float32)
+    found = network.surest(shares)
+    assert found.dtype == np.uint8
+    np.testing.assert_array_equal(found, shares.argmax(0))
+
+
+def test_clothes_go_on_where_the_network_sees_no_more(people):
+    """Below the crop the photo shows what the crop's border shows."""
+    picture, points, _ = people[0]
+    tall = cv2.copyMakeBorder(picture, 0, 90, 0, 0, cv2.BORDER_REPLICATE)
+    below = segment(tall, points).labels[picture.shape[0] + 2 :]
+    border = seen(points).any(1).nonzero()[0].max()
+    within = segment(tall, points).labels[min(border, picture.shape[0] - 1)]
+    rows = below[(below != segments.BACKGROUND).any(1)]
+    assert len(rows) > 5, "what lies around the face is labelled beyond the crop"
+    assert (rows[3] == within).mean() > 0.8

@@ -40,7 +40,7 @@ from bakery.stages.segment.frame import apply, frame_box, warp_down
 __all__ = [
     "BACKGROUND", "BEARD", "BROWS", "CLOTHES", "EARS", "EYES", "GLASSES", "HAIR", "HAT", "HIDDEN",
     "LABELS", "LENS", "LIPS", "MOUTH", "NECK", "REGIONS", "SKIN", "THING", "SegmentOptions",
-    "Segmentation", "made_by", "occlusion", "segment",
+    "Segmentation", "made_by", "occlusion", "segment", "window_of",
 ]  # fmt: skip
 
 
@@ -74,18 +74,12 @@ def segment(
     check_array("encoded", encoded, (None, None, 3))
     points = np.asarray(points, np.float64)[:, :2]
     check_array("points", points, (478, 2))
-    to_frame = prior.face_frame(points)
-    left, top, right, bottom = frame_box(to_frame, encoded.shape)
-    part = np.ascontiguousarray(encoded[top:bottom, left:right], np.float32)
-    to_frame = np.column_stack([to_frame[:, :2], to_frame @ [left, top, 1]])
-    small = np.clip(warp_down(part, to_frame), 0, 1)
-    window = Window(part, small, to_frame, points - [left, top])
+    window, box = window_of(encoded, points)
     if options.method == "network":
-        found = network.classify(window, options.rounds)
+        found = network.classify(window)
     else:
         found = colours.classify(window, options.rounds)
     regions, skin = enlarge(window, found, options)
-    box = (slice(top, bottom), slice(left, right))
 
     def whole(plane):
         out = np.zeros(encoded.shape[:2], plane.dtype)
@@ -99,16 +93,34 @@ def segment(
     return Segmentation(whole(labels), whole(skin), whole(regions), shadow)
 
 
+def window_of(encoded: np.ndarray, points: np.ndarray) -> tuple[Window, tuple[slice, slice]]:
+    """The part of a photo around the face, and the rows and columns where it lies.
+
+    Args:
+        encoded: [H, W, 3] float32 sRGB-encoded 0..1.
+        points: [478, 2] pixels.
+
+    Raises:
+        FitError: points without extent, or none near the photo.
+    """
+    to_frame = prior.face_frame(points)
+    left, top, right, bottom = frame_box(to_frame, encoded.shape)
+    part = np.ascontiguousarray(encoded[top:bottom, left:right], np.float32)
+    to_frame = np.column_stack([to_frame[:, :2], to_frame @ [left, top, 1]])
+    small = np.clip(warp_down(part, to_frame), 0, 1)
+    box = (slice(top, bottom), slice(left, right))
+    return Window(part, small, to_frame, points - [left, top]), box
+
+
 def _named(window, regions, fine):
     """Regions [h, w] with the labels that the face frame [S, S] tells apart within them."""
     if fine is None:
         return regions
     labels = regions.copy()
-    for label in range(len(REGIONS), len(LABELS)):
-        where = fine == label
-        if where.any():
-            fits = np.isin(regions, WITHIN.get(label, (REGION_OF[label],)))
-            labels[on_photo(window, where) & fits] = label
+    there = [label for label in np.unique(fine).tolist() if label >= len(REGIONS)]
+    for label, where in zip(there, on_photo(window, *(fine == label for label in there))):
+        fits = np.isin(regions, WITHIN.get(label, (REGION_OF[label],)))
+        labels[where & fits] = label
     return labels
 
 

@@ -34,17 +34,21 @@ class Window:
     points: np.ndarray  # [478, 2] pixels of the part
 
     def back(self, *planes: np.ndarray) -> list[np.ndarray]:
-        """Planes [S, S] of the face frame on the part's pixels [h, w]."""
-        return [
-            cv2.warpAffine(
-                plane,
-                warp_matrix(self.to_frame),
-                self.part.shape[1::-1],
-                flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-                borderMode=cv2.BORDER_REPLICATE,
+        """Planes [S, S] of the face frame, all of one type, on the part's pixels [h, w]."""
+        # Four planes of bytes at once take as long as one and a half; of floats they take longer.
+        step = 4 if planes[0].dtype == np.uint8 else 1
+        out: list[np.ndarray] = []
+        for start in range(0, len(planes), step):
+            out += cv2.split(
+                cv2.warpAffine(
+                    cv2.merge(planes[start : start + step]),
+                    warp_matrix(self.to_frame),
+                    self.part.shape[1::-1],
+                    flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+                    borderMode=cv2.BORDER_REPLICATE,
+                )
             )
-            for plane in planes
-        ]
+        return out
 
 
 def enlarge(window: Window, found: Found, options: SegmentOptions) -> tuple[np.ndarray, np.ndarray]:
@@ -71,7 +75,7 @@ def enlarge(window: Window, found: Found, options: SegmentOptions) -> tuple[np.n
     regions[(refined > 0.5) | (face > 127)] = SKIN
     for what, label in ((found.glasses, GLASSES), (found.hidden, HIDDEN)):
         if what.any():
-            regions[on_photo(window, what)] = label
+            regions[on_photo(window, what)[0]] = label
     seen = (regions != HIDDEN) & (regions != GLASSES)
     return np.where(seen, with_features(regions, window.points), regions), skin
 
@@ -89,9 +93,9 @@ def with_features(regions: np.ndarray, points: np.ndarray) -> np.ndarray:
     return shown
 
 
-def on_photo(window: Window, mask: np.ndarray) -> np.ndarray:
-    """A mask [S, S] of the face frame on the part's pixels [h, w] bool."""
-    return window.back(_bytes(mask))[0] > 127
+def on_photo(window: Window, *masks: np.ndarray) -> list[np.ndarray]:
+    """Masks [S, S] of the face frame on the part's pixels [h, w] bool."""
+    return [plane > 127 for plane in window.back(*map(_bytes, masks))] if masks else []
 
 
 def _bytes(plane):

@@ -14,8 +14,8 @@ from pathlib import Path
 import torch
 from safetensors.torch import load_file, save_file
 
-from bakery.detectors import portrait
-from bakery.detectors.blocks import fold
+from bakery.detectors import portrait, segmenter
+from bakery.detectors.blocks import fold, unfold
 from bakery.detectors.segmenter import SegmentNet, outlines
 from bakery.errors import InputError, ModelError
 from bakery.settings import SEEDS, Settings, setting
@@ -49,6 +49,9 @@ class SegmentTraining(Settings):
     backdrops: int = setting(400, "procedural backgrounds", 1, 10**6)
     log_every: int = setting(100, "steps", 1, 10**7)
     measure_every: int = setting(1000, "steps", 1, 10**7)
+    begin: str = setting(
+        "", "weights as they ship to begin from; their normalisation stays as it is"
+    )
     seed: int = setting(0, "of all chance", 0, SEEDS)
 
 
@@ -97,6 +100,9 @@ def train(
     torch.backends.cudnn.benchmark = True  # all batches have one shape
     torch.manual_seed(options.seed)
     network, averaged = (SegmentNet().to(device, memory_format=torch.channels_last) for _ in "ab")
+    if options.begin:
+        begun = segmenter.load(Path(options.begin)).state_dict()
+        network.load_state_dict(unfold(network, begun))
     averaged.load_state_dict(network.state_dict())
     averaged.eval()
     optimizer = torch.optim.AdamW(
@@ -159,7 +165,7 @@ def rate_at(step: int, done: float, options: SegmentTraining) -> float:
 
 def _step(network, averaged, optimizer, batch, weight, options, device):
     """One step; the parts of the loss as tensors, so that nothing waits for the device."""
-    network.train()
+    network.train(not options.begin)  # weights that ship have lost their statistics
     stack = torch.cat([batch.image, outlines(batch.points)], 1)
     stack = stack.contiguous(memory_format=torch.channels_last)
     with torch.autocast(device, torch.bfloat16, enabled=device == "cuda"):

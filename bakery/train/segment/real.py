@@ -13,16 +13,22 @@ import cv2
 import numpy as np
 
 from bakery import landmarks as marks
-from bakery.detectors import portrait
+from bakery.detectors import portrait, segmenter
 from bakery.detectors.segmenter import take
 from bakery.errors import BakeryError, InputError
 from bakery.formats.files import write_bytes
 from bakery.formats.npz import pack_arrays
 from bakery.formats.portraits import reference_points
 from bakery.stages import segment
+from bakery.stages.segment import colours, network, prior
+from bakery.stages.segment.frame import apply, warp_matrix
 from bakery.train.segment import outline
 
 QUALITY = 86  # of the JPEGs
+GLASSES = (portrait.FRAME, portrait.LENS)
+HUE = (
+    2.5  # standard deviations from the face's own hue up to which ears, neck and forehead are sure
+)
 ROOM = 1.12  # side of a kept crop over that of the crop the network sees
 
 
@@ -78,18 +84,26 @@ def _inside(inside, matrix):
 
 
 def _labels(image, points, person, glasses):
-    ruled = segment.segment(
-        np.float32(image) / 255, points, segment.SegmentOptions(method="colours")
-    )
+    encoded = np.float32(image) / 255
+    ruled = segment.segment(encoded, points, segment.SegmentOptions(method="colours"))
     face = marks.face_size(points)
     label = np.full(image.shape[:2], portrait.UNSURE, np.uint8)
     deep = _eroded(person == outline.PERSON, 0.02 * face)
+    seen = _network_classes(image, points)
     for theirs, ours in ((segment.HAIR, portrait.HAIR), (segment.CLOTHES, portrait.CLOTH)):
-        label[_eroded(ruled.labels == theirs, 0.06 * face) & deep] = ours
+        both = (ruled.labels == theirs) & (seen == ours) & (person != outline.BACKDROP)
+        # Narrow bands go: the rules call the edge of a bald head hair.
+        label[_grown(_eroded(both, 0.06 * face), 0.04 * face) & both & deep] = ours
+    for ours, where in _bare_parts(encoded, points, segment.SegmentOptions().rounds).items():
+        bare = _eroded(where, 0.015 * face) & (person != outline.BACKDROP)
+        label[bare & (seen != portrait.BEARD)] = ours
     rows = np.arange(image.shape[0])[:, None]
     chin = points[152, 1]
     label[(label == portrait.CLOTH) & (rows < chin)] = portrait.UNSURE
     label[(label == portrait.HAIR) & (rows > chin - 0.1 * face)] = portrait.UNSURE  # ties, collars
+    _, parts = cv2.connectedComponents((label == portrait.HAIR).astype(np.uint8))
+    grows = np.unique(parts[: max(int(points[marks.BROWS, 1].min()), 0)])
+    label[(label == portrait.HAIR) & ~np.isin(parts, grows)] = portrait.UNSURE  # collars
     oval = _polygons(image, [points[marks.OVAL]])
     bare = _eroded(oval, 0.1 * face) & (ruled.skin > 0.95)
     eyes = points[marks.EYE_CORNERS, 1].mean()
@@ -112,7 +126,44 @@ def _labels(image, points, person, glasses):
     label[_eroded(lips, 0.02 * face)] = portrait.LIPS
     label[_eroded(mouth, 0.02 * face)] = portrait.MOUTH
     label[person == outline.BACKDROP] = portrait.BACKGROUND
+    eyewear = np.isin(seen, GLASSES)
+    if glasses and eyewear.sum() > network.WORN * face**2:  # else bits of frames are folds
+        label[eyewear] = seen[eyewear]
     return label
+
+
+def _network_classes(image, points):
+    """What the network that ships calls each pixel [H, W], `portrait.UNSURE` outside of its crop."""
+    shares, _, matrix = segmenter.segment(segmenter.shipped(), image, points)
+    return cv2.warpAffine(
+        shares.argmax(0).astype(np.uint8), warp_matrix(matrix), image.shape[1::-1],
+        flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP, borderValue=portrait.UNSURE,
+    )  # fmt: skip
+
+
+def _bare_parts(encoded, points, rounds):
+    """Where the colour rules see ears, neck and forehead: {class: [H, W] bool}.
+
+    Skin that they find beside, below or above the face, of the face's own hue.
+    """
+    window, box = segment.window_of(encoded, points)
+    ruled = colours.classify(window, rounds)
+    frame = apply(window.to_frame, window.points)
+    angle, radius = prior.polar(frame[marks.OVAL])
+    rows = np.arange(prior.SIZE)[:, None] + 0.5
+    above_brows = frame[marks.BROWS, 1].min() - 0.1 * prior.FACE
+    bare = (ruled.shares[segment.SKIN] > 0.8) & (ruled.hue < HUE) & ~ruled.hidden & ~ruled.glasses
+    parts = {
+        portrait.EARS: (radius > 1.03) & (radius < 1.35) & (angle > 65) & (angle < 112),
+        portrait.NECK: (radius > 1.05) & (angle > 130),
+        portrait.SKIN: (radius > 0.6) & (angle < 60) & (rows < above_brows),
+    }
+    out = {}
+    for label, where in parts.items():
+        whole = np.zeros(encoded.shape[:2], bool)
+        whole[box] = window.back(np.float32(bare & where))[0] > 0.5
+        out[label] = whole
+    return out
 
 
 def _disc(radius):
