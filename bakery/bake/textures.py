@@ -26,8 +26,8 @@ from bakery.stages.segment import Segmentation
 from bakery.stages.texture import TextureOptions, gaze, keys, mouth
 from bakery.stages.texture.hair import mattes_of
 from bakery.stages.texture.neutral import Prepared, prepare
-from bakery.stages.texture.rest import rest_of
 from bakery.stages.texture.proxies import eye_proxies, make_proxy
+from bakery.stages.texture.rest import rest_of
 from bakery.stages.texture.tongue import keep_in, tongue_light
 from bakery.types import Camera, Conditions, Fit, Landmarks, Photo, Textures
 

@@ -19,7 +19,10 @@ from bakery.formats.portraits import reference_points
 
 TEMPLATE = "frl189"
 # Rings of the template's points. An ear: along the head from its top to its bottom, then its rim.
-EARS = ((109, 185, 110, 186, 111, 119, 118, 117, 116, 115), (112, 187, 113, 188, 114, 124, 123, 122, 121, 120))
+EARS = (
+    (109, 185, 110, 186, 111, 119, 118, 117, 116, 115),
+    (112, 187, 113, 188, 114, 124, 123, 122, 121, 120),
+)
 HAIRLINE = range(134, 145)  # from ear to ear
 TEMPLES = range(136, 143)  # the part of it above the forehead
 CROWN = range(148, 155)  # outline of the head, from temple to temple

@@ -15,10 +15,10 @@ from bakery.bake.options import BuildOptions
 from bakery.bake.subject import FittedSubject
 from bakery.evaluate.avatar import CROP, compare, mean_score
 from bakery.evaluate.avatar.pairs import Pair
-from bakery.evaluate.fitting import landmarks_of
 from bakery.evaluate.generator import paint_all
 from bakery.evaluate.report import pairs
 from bakery.formats.image import write_image
+from bakery.formats.portraits import landmarks_of
 
 KEPT = "as photographed"  # the texture of the smile, without anything taken out
 
@@ -32,6 +32,13 @@ class Result:
     scores: dict  # way -> avatar.Score, in the neutral photo's fit; "warp": by the true landmarks
     driven: dict  # the same with the smiling photo's own head
     pictures: dict  # way -> [CROP, CROP, 3] sRGB-encoded
+
+
+def ways() -> dict[str, BuildOptions]:
+    """The texture as photographed and, as `bakery build` makes it, at rest."""
+    made = BuildOptions()
+    kept = replace(made, texture=replace(made.texture, neutral="keep"))
+    return {KEPT: kept, "rest": made}
 
 
 def measure(pair: Pair, head, ways: dict[str, BuildOptions]) -> Result:
@@ -59,7 +66,9 @@ def measure(pair: Pair, head, ways: dict[str, BuildOptions]) -> Result:
     return Result(pair.name, pair.teeth, scores, driven, pictures)
 
 
-def everybody(portraits: Path, head, ways, pictures: Path | None = None, only=None) -> Iterator[Result]:
+def everybody(
+    portraits: Path, head, ways, pictures: Path | None = None, only=None
+) -> Iterator[Result]:
     """Measure every person of london/val.
 
     Args:

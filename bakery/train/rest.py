@@ -14,16 +14,15 @@ import numpy as np
 
 from bakery.bake.fitting import fit_portrait, fitted_neutral
 from bakery.bake.options import BuildOptions
-from bakery.evaluate.fitting import landmarks_of
-from bakery.evaluate.report import pairs
 from bakery.formats.image import read_photo
+from bakery.formats.portraits import landmarks_of, reference_points
 from bakery.geometry.sample import bilinear
 from bakery.stages.fit.albedo import load_albedo
 from bakery.stages.fit.lids import close_lids
 from bakery.stages.texture.complete import OBSERVED
 from bakery.stages.texture.hair import mattes_of
 from bakery.stages.texture.neutral import prepare
-from bakery.stages.texture.rest import RestBasis
+from bakery.stages.texture.rest import RestBasis, log_change
 from bakery.train.albedo import ATTRIBUTION, chart_map
 from bakery.train.subjects import TRAINING
 from bakery.types import EXPRESSIONS
@@ -82,11 +81,11 @@ def on_chart(texture, trust, expression, head, options=DEFAULTS) -> Unwrapped:
 
 def unwrapped_pairs(portraits, head, options=DEFAULTS) -> Iterator[tuple[Unwrapped, Unwrapped]]:
     """The neutral and the smiling photo of each person of london/train."""
-    for pair in pairs(portraits, TRAINING):
-        yield (
-            unwrap(pair.neutral, pair.neutral_points, head, options),
-            unwrap(pair.smiling, pair.smiling_points, head, options),
-        )
+    smiles = reference_points(portraits, TRAINING, "smiling")
+    for path, points in sorted(reference_points(portraits, TRAINING, "neutral").items()):
+        other = path.with_name(path.name.replace("neutral", "smiling"))
+        if other in smiles:
+            yield unwrap(path, points, head, options), unwrap(other, smiles[other], head, options)
 
 
 def mirrored_weights() -> np.ndarray:
@@ -151,8 +150,6 @@ def learn(known: Ratios, options=DEFAULTS) -> RestBasis:
 
 def left_out_error(known: Ratios, options=DEFAULTS) -> dict:
     """Root mean square of the log ratio of people who were not learned from, as is and undone."""
-    from bakery.stages.texture.rest import log_change
-
     people = len(known.change) // 2
     total, before, after = 0.0, 0.0, 0.0
     for k in range(people):

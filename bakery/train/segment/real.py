@@ -25,7 +25,9 @@ from bakery.stages.segment.frame import apply, warp_matrix
 from bakery.train.segment import outline
 
 QUALITY = 86  # of the JPEGs
-HUE = 2.5  # standard deviations from the face's own hue up to which ears, neck and forehead are sure
+HUE = (
+    2.5  # standard deviations from the face's own hue up to which ears, neck and forehead are sure
+)
 ROOM = 1.12  # side of a kept crop over that of the crop the network sees
 
 
