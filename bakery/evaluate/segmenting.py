@@ -54,14 +54,21 @@ def staged(
         for picture, truth, dark, points, _ in painted_portraits(folder, limit):
             face = detect.detect_faces(picture)
             undetected += not face
-            found = segment.segment(
-                np.float32(picture) / 255, face[0].points if face else points, options
-            )
+            found = _labelled(picture, face[0].points if face else points, options)
             cast = np.zeros(truth.shape) if found.shadow is None else found.shadow
             bare = np.isin(truth, portrait.BODY)
             yield truth, CLASS_OF[found.labels], np.where(bare, dark, UNSURE), cast
 
     return _measured(answers()) | {"undetected": undetected}
+
+
+def _labelled(picture, points, options=None):
+    return segment.segment(np.float32(picture) / 255, points, options)
+
+
+def stage_classes(picture: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Classes [H, W] of a photo [H, W, 3] uint8 sRGB as the stage labels it."""
+    return CLASS_OF[_labelled(picture, points).labels]
 
 
 def painted(folder: Path, network, limit: int | None = None) -> dict[str, float | int]:

@@ -46,3 +46,8 @@ def segment(portraits, file, bank, count):
             click.echo(json.dumps(line))
             some.append(line)
     click.echo(json.dumps(segmenting.summary(*rows)))
+    if not file:  # the stage goes by the weights that ship
+        from bakery.evaluate import hairlines
+
+        placed = hairlines.placed(portraits, segmenting.stage_classes)
+        click.echo(json.dumps({"placed by people": hairlines.summary(list(placed))}))

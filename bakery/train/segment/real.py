@@ -20,11 +20,12 @@ from bakery.formats.files import write_bytes
 from bakery.formats.npz import pack_arrays
 from bakery.formats.portraits import reference_points
 from bakery.stages import segment
-from bakery.stages.segment import colours, prior
+from bakery.stages.segment import colours, network, prior
 from bakery.stages.segment.frame import apply, warp_matrix
 from bakery.train.segment import outline
 
 QUALITY = 86  # of the JPEGs
+GLASSES = (portrait.FRAME, portrait.LENS)
 HUE = (
     2.5  # standard deviations from the face's own hue up to which ears, neck and forehead are sure
 )
@@ -94,7 +95,8 @@ def _labels(image, points, person, glasses):
         # Narrow bands go: the rules call the edge of a bald head hair.
         label[_grown(_eroded(both, 0.06 * face), 0.04 * face) & both & deep] = ours
     for ours, where in _bare_parts(encoded, points, segment.SegmentOptions().rounds).items():
-        label[_eroded(where, 0.015 * face) & (person != outline.BACKDROP)] = ours
+        bare = _eroded(where, 0.015 * face) & (person != outline.BACKDROP)
+        label[bare & (seen != portrait.BEARD)] = ours
     rows = np.arange(image.shape[0])[:, None]
     chin = points[152, 1]
     label[(label == portrait.CLOTH) & (rows < chin)] = portrait.UNSURE
@@ -124,6 +126,9 @@ def _labels(image, points, person, glasses):
     label[_eroded(lips, 0.02 * face)] = portrait.LIPS
     label[_eroded(mouth, 0.02 * face)] = portrait.MOUTH
     label[person == outline.BACKDROP] = portrait.BACKGROUND
+    eyewear = np.isin(seen, GLASSES)
+    if glasses and eyewear.sum() > network.WORN * face**2:  # else bits of frames are folds
+        label[eyewear] = seen[eyewear]
     return label
 
 
@@ -145,11 +150,13 @@ def _bare_parts(encoded, points, rounds):
     ruled = colours.classify(window, rounds)
     frame = apply(window.to_frame, window.points)
     angle, radius = prior.polar(frame[marks.OVAL])
+    rows = np.arange(prior.SIZE)[:, None] + 0.5
+    above_brows = frame[marks.BROWS, 1].min() - 0.1 * prior.FACE
     bare = (ruled.shares[segment.SKIN] > 0.8) & (ruled.hue < HUE) & ~ruled.hidden & ~ruled.glasses
     parts = {
         portrait.EARS: (radius > 1.03) & (radius < 1.35) & (angle > 65) & (angle < 112),
         portrait.NECK: (radius > 1.05) & (angle > 130),
-        portrait.SKIN: (radius > 0.75) & (angle < 50),
+        portrait.SKIN: (radius > 0.6) & (angle < 60) & (rows < above_brows),
     }
     out = {}
     for label, where in parts.items():
