@@ -18,6 +18,7 @@ from bakery.stages.fit.lids import close_lids
 from bakery.stages.segment import HAIR, Segmentation
 from bakery.stages.texture.hair import mattes_of
 from bakery.stages.texture.neutral import prepare
+from bakery.stages.texture.rest import rest_of
 from bakery.types import Camera, Conditions, Fit, Landmarks, Photo
 
 
@@ -72,7 +73,10 @@ class FittedSubject:
         self.head = close_lids(head, neutral)  # lashes are the player's, no generator draws them
         mattes = mattes_of(photo.encoded, segmentation, landmarks.points)
         resolution = self.options.texture.resolution
-        prepared = prepare(photo, landmarks, fit, neutral, self.head, mattes, resolution)
+        prepared = prepare(
+            photo, landmarks, fit, neutral, self.head, mattes, resolution,
+            rest=rest_of(self.options.texture),
+        )  # fmt: skip
         self.subject, self.hair = prepared.subject, prepared.hair
         self.shape = neutral
         self.neutral = self._observation(photo, landmarks.points, fit, segmentation, neutral)

@@ -27,6 +27,7 @@ from bakery.stages.texture import TextureOptions, gaze, keys, mouth
 from bakery.stages.texture.hair import mattes_of
 from bakery.stages.texture.neutral import Prepared, prepare
 from bakery.stages.texture.proxies import eye_proxies, make_proxy
+from bakery.stages.texture.rest import rest_of
 from bakery.stages.texture.tongue import keep_in, tongue_light
 from bakery.types import Camera, Conditions, Fit, Landmarks, Photo, Textures
 
@@ -148,8 +149,9 @@ def paint(
     def unwrapped(view: PhotoView) -> Prepared:
         mattes = mattes_of(view.photo.encoded, view.segmentation, view.landmarks.points)
         return prepare(
-            view.photo, view.landmarks, view.fit, neutral, head, mattes, size, hair.layer
-        )
+            view.photo, view.landmarks, view.fit, neutral, head, mattes, size, hair.layer,
+            rest_of(options.texture),
+        )  # fmt: skip
 
     def whole() -> Arrays:
         seen = [PhotoView(photo, landmarks, fit, segmentation), *views]

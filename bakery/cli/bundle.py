@@ -14,7 +14,9 @@ from bakery.cli import options
 @options.baking
 @click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
 @click.option("--keep-photo", is_flag=True, help="Keep the portrait in the bundle.")
-def bundle(photo, fitted, textures, masks, output, preset, settings, resolution, **request):
+def bundle(
+    photo, fitted, textures, masks, output, preset, settings, resolution, neutral, **request
+):
     """Pack what was made of PHOTO into a bundle.
 
     \b
@@ -27,7 +29,7 @@ def bundle(photo, fitted, textures, masks, output, preset, settings, resolution,
     from bakery.bake import pipeline
     from bakery.heads.file import load_head
 
-    chosen = options.build_options(preset, settings, resolution)
+    chosen = options.build_options(preset, settings, resolution, neutral)
     asked = pipeline.Request(photo, output, chosen, **request)
     head = load_head(asked.head)
     pipeline.bundle_files(asked, head, fitted, textures, masks)

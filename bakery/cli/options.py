@@ -67,6 +67,10 @@ hair = click.option(
 resolution = click.option(
     "--resolution", type=click.IntRange(512, 4096), help="Texels on a side (1024)."
 )
+neutral = click.option(
+    "--neutral", type=click.Choice(["rest", "keep"]),
+    help="Take the photo's expression out of the neutral skin (rest), or keep it.",
+)  # fmt: skip
 fitted = click.option("--fit", "fitted", required=True, type=PATH, help="From `fit`.")
 weights = click.option(
     "--weights", default="", shell_complete=complete.weights,
@@ -120,7 +124,8 @@ expressions = click.option(
 def baking(command):
     """The options that `build` and every single step take, so that one call can be made of parts."""
     for option in (
-        overwrite, which_face, detector, expressions, hair, generator, head, resolution, settings, preset,
+        overwrite, which_face, detector, expressions, hair, generator, head, neutral, resolution, settings,
+        preset,
     ):  # fmt: skip
         command = option(command)
     return command
@@ -249,8 +254,8 @@ def options_class(of):
     return getattr(importlib.import_module(module), name)
 
 
-def build_options(preset, settings, resolution=None):
-    """BuildOptions of a preset, with --set and --resolution on top.
+def build_options(preset, settings, resolution=None, neutral=None):
+    """BuildOptions of a preset, with --set, --resolution and --neutral on top.
 
     Raises:
         UsageProblem: no such preset or setting, or a value that is not allowed.
@@ -258,8 +263,9 @@ def build_options(preset, settings, resolution=None):
     from bakery import preset as presets
 
     tables = presets.with_settings(presets.load("builds", preset), settings)
-    if resolution:
-        tables = presets.with_settings(tables, [f"texture.resolution={resolution}"])
+    for name, value in (("resolution", resolution), ("neutral", neutral)):
+        if value:
+            tables = presets.with_settings(tables, [f"texture.{name}={value}"])
     return presets.options_from(options_class("build"), tables, f"preset {preset}")
 
 

@@ -12,7 +12,7 @@ output = click.option("-o", "--output", required=True, type=options.PATH)
 @options.fitted
 @output
 @options.baking
-def texture(photo, fitted, output, overwrite, preset, settings, resolution, **request):
+def texture(photo, fitted, output, overwrite, preset, settings, resolution, neutral, **request):
     """Paint all textures of one fit of PHOTO into an npz file.
 
     \b
@@ -27,7 +27,7 @@ def texture(photo, fitted, output, overwrite, preset, settings, resolution, **re
     from bakery.heads.file import load_head
     from bakery.plugins import plug_in
 
-    chosen = options.build_options(preset, settings, resolution)
+    chosen = options.build_options(preset, settings, resolution, neutral)
     generator, head = plug_in("generators", request["generator"]), load_head(request["head"])
     asked = pipeline.Request(photo, output, chosen, **request)
     seen = pipeline.read_portrait(asked, fitted, head)
@@ -46,7 +46,7 @@ def texture(photo, fitted, output, overwrite, preset, settings, resolution, **re
 @click.command(cls=options.Command)
 @output
 @options.baking
-def mask(output, overwrite, preset, settings, resolution, head, **others):
+def mask(output, overwrite, preset, settings, resolution, neutral, head, **others):
     """Draw the activation masks of a head model into an npz file.
 
     \b
@@ -57,6 +57,6 @@ def mask(output, overwrite, preset, settings, resolution, head, **others):
     from bakery.formats import record
     from bakery.heads.file import load_head
 
-    model, chosen = load_head(head), options.build_options(preset, settings, resolution)
+    model, chosen = load_head(head), options.build_options(preset, settings, resolution, neutral)
     record.write_arrays(output, {"masks": draw_masks(model, chosen), "head": model.digest})
     options.wrote(output)

@@ -7,6 +7,7 @@ import numba
 import numpy as np
 
 from bakery import landmarks as marks
+from bakery.formats.portraits import landmarks_of
 from bakery.geometry import camera as cameras
 from bakery.geometry import harmonics, mesh, rotation
 from bakery.geometry.color import to_encoded
@@ -23,14 +24,6 @@ EXPRESSIONS_SHOWN = (  # of the synthetic portraits, in turn
     {"jawOpen": 0.35},
     {"browInnerUp": 0.5, "browOuterUpLeft": 0.4, "browOuterUpRight": 0.4},
 )
-
-
-def landmarks_of(points, confidence=None):
-    """Landmarks record of points [478, >= 2] in pixels, fully trusted unless told."""
-    points = np.asarray(points, np.float64)[:, :2]
-    low, high = points.min(0), points.max(0)
-    sure = np.ones(len(points)) if confidence is None else np.asarray(confidence, np.float64)
-    return Landmarks(np.concatenate([low, high - low]), 1.0, points, sure)
 
 
 def landmark_error(fit, points):

@@ -5,7 +5,7 @@ import numpy as np
 from bakery.bake.options import BuildOptions
 from bakery.bake.subject import FittedSubject
 from bakery.errors import InputError
-from bakery.evaluate.fitting import landmarks_of
+from bakery.formats.portraits import landmarks_of
 from bakery.generators.identity import features_of, verify
 from bakery.stages.texture import TextureOptions
 

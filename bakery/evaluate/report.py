@@ -13,13 +13,12 @@ from bakery.evaluate.avatar.pairs import Pair, quick
 from bakery.evaluate.avatar.pairs import measure as measure_pair
 from bakery.evaluate.fitting import (
     landmark_error,
-    landmarks_of,
     synthetic_error,
     synthetic_portrait,
 )
 from bakery.evaluate.mouths import lip_error, mean_lip_error
 from bakery.formats.image import read_photo
-from bakery.formats.portraits import reference_points
+from bakery.formats.portraits import landmarks_of, reference_points
 from bakery.stages.fit import Face
 from bakery.stages.fit.albedo import load_albedo
 

@@ -7,7 +7,7 @@ import numpy as np
 from bakery.errors import InputError
 from bakery.formats import npz
 from bakery.formats.files import read_bytes
-from bakery.types import LANDMARKS
+from bakery.types import LANDMARKS, Landmarks
 
 POINTS = "dense478.npz"
 
@@ -50,3 +50,11 @@ def reference_points(portraits, starts, part=""):
         wanted = " ".join(filter(None, (part, "photo of", ", ".join(starts))))
         raise InputError(f"{path}: names no {wanted}")
     return found
+
+
+def landmarks_of(points, confidence=None):
+    """Landmarks record of points [478, >= 2] in pixels, fully trusted unless told."""
+    points = np.asarray(points, np.float64)[:, :2]
+    low, high = points.min(0), points.max(0)
+    sure = np.ones(len(points)) if confidence is None else np.asarray(confidence, np.float64)
+    return Landmarks(np.concatenate([low, high - low]), 1.0, points, sure)

@@ -1,13 +1,10 @@
 """The people of a folder of portraits, fitted, as trainings want them."""
 
-import numpy as np
-
 from bakery.bake.fitting import segment_portrait
 from bakery.bake.options import BuildOptions
 from bakery.formats.image import read_photo
-from bakery.formats.portraits import reference_points
+from bakery.formats.portraits import landmarks_of, reference_points
 from bakery.stages.fit import FitOptions, fit
-from bakery.types import Landmarks
 
 TRAINING = "london/train"  # the only photos that anything may be trained on
 
@@ -23,7 +20,6 @@ def albedo_subjects(portraits, head, start=TRAINING):
     """
     for path, points in reference_points(portraits, start, part="neutral").items():
         photo = read_photo(path)
-        box = np.concatenate([points.min(0), np.ptp(points, 0)])
-        face = Landmarks(box, 1.0, points, np.ones(len(points)))
+        face = landmarks_of(points)
         skin = segment_portrait(photo, face, BuildOptions()).skin
         yield photo, fit(photo, face, head, FitOptions(photometric=False)), skin

@@ -11,11 +11,11 @@ from bakery.bake.fitting import fitted_neutral
 from bakery.bake.subject import FittedSubject
 from bakery.evaluate import generator
 from bakery.evaluate.avatar.pairs import Pair
-from bakery.evaluate.fitting import landmarks_of
 from bakery.evaluate.generator import motion as generator_motion
 from bakery.evaluate.generator import painted as generator_painted
 from bakery.evaluate.generator import speed as generator_speed
 from bakery.formats.livelink import Take
+from bakery.formats.portraits import landmarks_of
 from bakery.formats.record import read_faces
 from bakery.generators.identity import load_features
 from bakery.generators.pagan import PaganGenerator

@@ -6,8 +6,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from bakery.bake.subject import FittedSubject
-from bakery.evaluate.fitting import landmarks_of
 from bakery.evaluate.generator import sheet as generator_sheet
+from bakery.formats.portraits import landmarks_of
 from bakery.formats.record import read_faces
 from bakery.show import synthesis
 from bakery.types import Generated

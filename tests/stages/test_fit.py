@@ -6,7 +6,8 @@ import pytest
 
 from bakery import landmarks as marks
 from bakery.errors import FitError, ModelError
-from bakery.evaluate.fitting import landmark_error, landmarks_of
+from bakery.evaluate.fitting import landmark_error
+from bakery.formats.portraits import landmarks_of
 from bakery.geometry import camera as cameras
 from bakery.geometry import mesh, rotation
 from bakery.geometry.harmonics import irradiance

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bakery import landmarks as marks
-from bakery.evaluate.fitting import landmarks_of
 from bakery.evaluate.mouths import lip_error, mean_lip_error
+from bakery.formats.portraits import landmarks_of
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.heads.base import weights

@@ -196,7 +196,7 @@ def failures(names, output, folder, preset, settings, head, overwrite):
 
 for command in (
     evaluate_generator.generator, evaluate_generator.painted, evaluate_generator.times,
-    evaluate_generator.keys, evaluate_generator.detail,
+    evaluate_generator.keys, evaluate_generator.detail, evaluate_generator.rest,
     evaluate_motion.track, evaluate_motion.talk, evaluate_motion.animate, evaluate_segment.segment,
 ):  # fmt: skip
     evaluate.add_command(command)

@@ -118,3 +118,25 @@ def detail(bundle):
 
     for name, figures in generator_detail.keep(open_avatar(bundle)).items():
         _line({"key": name, **figures})
+
+
+@click.command(cls=options.Command)
+@click.argument("portraits", type=click.Path(path_type=Path))
+@options.head
+@click.option("--pictures", type=click.Path(path_type=Path), help="Folder of side-by-side PNGs.")
+@click.option("--only", multiple=True, help="Name of a person; may be repeated.")
+@options.overwrite
+def rest(portraits, head, pictures, only, overwrite):
+    """Resting faces made of smiling photos, against the neutral photos of the same people."""
+    options.may_fill(pictures, overwrite)
+    from bakery.evaluate import rest as resting
+    from bakery.heads.file import load_head
+
+    results = []
+    for result in resting.everybody(portraits, load_head(head), resting.ways(), pictures, only):
+        tables = {"scores": result.scores, "driven": result.driven}
+        rows = {name: {way: vars(score) for way, score in t.items()} for name, t in tables.items()}
+        _line({"name": result.name, "teeth": result.teeth, **rows})
+        results.append(result)
+    if results:
+        _line(resting.summary(results))

@@ -43,6 +43,31 @@ def albedo(portraits, output, commit, head, overwrite):
     options.wrote(output, card)
 
 
+@train.command(cls=options.Command)
+@click.argument("portraits", type=folder)
+@click.option("-o", "--output", required=True, type=folder, help=".safetensors to write.")
+@click.option("--commit", default="", help="Commit of this code, for the card.")
+@options.head
+@options.overwrite
+def rest(portraits, output, commit, head, overwrite):
+    """Learn how smiles change the skin from london/train of PORTRAITS; its card goes beside it."""
+    from bakery.formats import record
+    from bakery.formats.files import digest_file, write_bytes
+    from bakery.heads.file import load_head
+    from bakery.train import rest as training
+
+    card = output.with_suffix(".json")
+    options.may_write(output, overwrite)
+    options.may_write(card, overwrite)
+    known = training.ratios(list(training.unwrapped_pairs(portraits, load_head(head))))
+    basis, figures = training.learn(known), training.left_out_error(known)
+    training.save(basis, output)
+    table = training.model_card(basis, figures, digest_file(output), commit)
+    write_bytes(card, record.dump(table))
+    click.echo(json.dumps(figures))
+    options.wrote(output, card)
+
+
 @train.command("mouths", cls=options.Command)
 @click.option("-o", "--output", required=True, type=folder, help="JSON to write.")
 @click.option("--count", default=300, show_default=True, type=click.IntRange(1, 300))

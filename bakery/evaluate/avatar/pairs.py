@@ -14,9 +14,9 @@ from bakery.bake.fitting import fit_portrait, own_head
 from bakery.bake.mask import draw_masks
 from bakery.bake.textures import paint
 from bakery.evaluate.avatar import CROP, compare, mean_score, plain_warp
-from bakery.evaluate.fitting import landmarks_of
 from bakery.evaluate.metrics import face_crop, hull_mask, psnr, warp_pixels
 from bakery.formats.image import read_photo, write_image
+from bakery.formats.portraits import landmarks_of
 from bakery.geometry.color import to_encoded
 from bakery.hair.layer import HairLayer
 from bakery.runtime.avatar import Avatar

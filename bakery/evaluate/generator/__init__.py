@@ -14,12 +14,12 @@ import numpy as np
 
 from bakery.bake.subject import FittedSubject
 from bakery.evaluate.avatar import CROP, compare, mean_score, polygon_mask
-from bakery.evaluate.fitting import landmarks_of
 from bakery.evaluate.generator import motion as generator_motion
 from bakery.evaluate.metrics import face_crop, piecewise_affine, psnr, warp_pixels
 from bakery.evaluate.report import pairs
 from bakery.formats.image import read_photo, write_image
 from bakery.formats.livelink import read_take
+from bakery.formats.portraits import landmarks_of
 from bakery.generators.channels import NONE
 from bakery.generators.identity import features_of
 from bakery.generators.shade import is_part

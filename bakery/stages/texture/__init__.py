@@ -1,6 +1,6 @@
 """Pictures to textures: T_0 of the photo, and what the generator painted, unwrapped onto the atlas.
 
-`neutral` makes T_0 with eyes, lids and hair; `keys`, `gaze` and `mouth` unwrap what was generated.
+`neutral` makes T_0 with eyes, lids and hair, `rest` takes the expression out of it; `keys`, `gaze` and `mouth` unwrap what was generated.
 """
 
 from dataclasses import dataclass
@@ -20,3 +20,6 @@ class TextureOptions(Settings):
         unit="degrees", count=(1, 9),
     )  # fmt: skip
     mouths: int = setting(300, "mouth poses that are baked", 1, 300)
+    neutral: str = setting(
+        "rest", "neutral skin of a photo with an expression", choices=("rest", "keep")
+    )

@@ -15,13 +15,16 @@ from bakery.landmarks import FACE
 from bakery.stages.atlas import make_atlas, make_view, visibility_of
 from bakery.stages.condition import condition
 from bakery.stages.face_frame import head_photo
-from bakery.stages.texture.complete import PAINTED, complete_skin
+from bakery.stages.texture.complete import INFERRED, PAINTED, complete_skin
 from bakery.stages.texture.eyes import eye_maps, paint_eyes
 from bakery.stages.texture.hair import Mattes, hair_layer
 from bakery.stages.texture.interior import paint_interior
 from bakery.stages.texture.lashes import lay_lashes
 from bakery.stages.texture.lids import lid_skin
+from bakery.stages.texture.rest import RestBasis, change_of
 from bakery.types import Fit, Landmarks, Photo
+
+CHANGED = 0.1  # log ratio from which skin no longer counts as observed
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,7 @@ def prepare(
     mattes: Mattes,
     resolution: int,
     hair: Callable[..., np.ndarray] = hair_layer,
+    rest: RestBasis | None = None,
 ) -> Prepared:
     """Complete T_0, the eyes and the hair of one person.
 
@@ -54,6 +58,7 @@ def prepare(
         mattes: Mattes of the photo.
         resolution: T.
         hair: what makes the hair, as `hair.base.Hair.layer`.
+        rest: takes the photo's expression out of the skin; None keeps it.
 
     Returns:
         Prepared.
@@ -73,6 +78,10 @@ def prepare(
     )
     texture = skin.color.reshape(-1, 3)
     source = skin.source.reshape(-1)
+    if rest is not None:
+        change = change_of(rest, head, on_skin, fit.expression)
+        texture[on_skin.index] *= np.exp(change)
+        source[on_skin.index[np.abs(change).max(1) > CHANGED]] = INFERRED
     sclera = eyes.ball[:, 128, :].reshape(-1, 3)  # the horizontal meridian of both balls
     white = np.percentile(sclera, 75, axis=0)
     for rows, colors in (

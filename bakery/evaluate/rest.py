@@ -1,0 +1,102 @@
+"""How well a resting face comes of a smiling photo: against the person's neutral photo.
+
+The avatar's texture is made of the smiling photo. It is drawn at rest, in the camera and gaze of the
+neutral photo, and compared with it: with the smiling photo's own head, as a user gets it, and with the
+head of the neutral photo's fit, which shows the texture alone.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from bakery.bake.options import BuildOptions
+from bakery.bake.subject import FittedSubject
+from bakery.evaluate.avatar import CROP, compare, mean_score
+from bakery.evaluate.avatar.pairs import Pair
+from bakery.evaluate.generator import paint_all
+from bakery.evaluate.report import pairs
+from bakery.formats.image import write_image
+from bakery.formats.portraits import landmarks_of
+
+KEPT = "as photographed"  # the texture of the smile, without anything taken out
+
+
+@dataclass(frozen=True)
+class Result:
+    """One person's resting face made of the smiling photo."""
+
+    name: str
+    teeth: bool  # whether the smile shows teeth
+    scores: dict  # way -> avatar.Score, in the neutral photo's fit; "warp": by the true landmarks
+    driven: dict  # the same with the smiling photo's own head
+    pictures: dict  # way -> [CROP, CROP, 3] sRGB-encoded
+
+
+def ways() -> dict[str, BuildOptions]:
+    """The texture as photographed and, as `bakery build` makes it, at rest."""
+    made = BuildOptions()
+    kept = replace(made, texture=replace(made.texture, neutral="keep"))
+    return {KEPT: kept, "rest": made}
+
+
+def measure(pair: Pair, head, ways: dict[str, BuildOptions]) -> Result:
+    """Make one person's resting face in several ways.
+
+    Args:
+        ways: {name: options of the bake}.
+    """
+    scores: dict = {}
+    driven: dict = {}
+    pictures: dict = {}
+    for name, options in ways.items():
+        smiling = landmarks_of(pair.smiling_points)
+        fitted = FittedSubject(pair.smiling, smiling, head, options, CROP)
+        own, target = fitted.observe_both(pair.neutral, landmarks_of(pair.neutral_points))
+        face, truth = target.face / 255, target.picture
+        pictures.setdefault("photo", fitted.neutral.picture)
+        for table, seen in ((driven, own), (scores, target)):
+            made = paint_all(fitted, seen, {}, head)
+            for way, shown in ((name, "static"), ("warp", "warp")):
+                table[way] = compare(made[shown], truth, target.points, face)
+            if table is scores:
+                pictures |= {name: made["static"], "warp": made["warp"]}
+        pictures["truth"] = truth
+    return Result(pair.name, pair.teeth, scores, driven, pictures)
+
+
+def everybody(
+    portraits: Path, head, ways, pictures: Path | None = None, only=None
+) -> Iterator[Result]:
+    """Measure every person of london/val.
+
+    Args:
+        portraits: folder of portraits, see `report.pairs`.
+        pictures: folder for side-by-side PNGs, or None.
+        only: names of the people, or None for all.
+    """
+    for pair in pairs(portraits):
+        if only and pair.name not in only:
+            continue
+        result = measure(pair, head, ways)
+        if pictures is not None:
+            row = np.concatenate(list(result.pictures.values()), 1)
+            write_image(Path(pictures) / f"{pair.name}.png", np.clip(row, 0, 1))
+        yield result
+
+
+def summary(results: list[Result]) -> dict:
+    """Means over all people and over those who show teeth: {group: {way: figures}}."""
+    groups = {"all": results, "teeth": [result for result in results if result.teeth]}
+    return {
+        name: {
+            figure: {
+                way: vars(mean_score([getattr(result, figure)[way] for result in group]))
+                for way in group[0].scores
+            }
+            for figure in ("scores", "driven")
+        }
+        for name, group in groups.items()
+        if group
+    }
