@@ -8,6 +8,7 @@ import pytest
 from bakery.geometry.color import to_encoded, to_linear
 from bakery.heads.base import CARDS, weights
 from bakery.heads.lashes import card_texels
+from bakery.runtime import lash_cards
 from bakery.runtime.lash_cards import AS_PHOTOGRAPHED, card_weights, lay_cards
 from bakery.runtime.player import Player
 from bakery.runtime.render import draw, over_gray
@@ -50,6 +51,18 @@ def test_cards_darken_the_eyes_alone(noise_avatar, yaw):
         rows, columns = np.nonzero(change.max(-1) > 0.05)
         assert 60 < len(rows) < 0.05 * 160 * 160 and np.ptp(rows) < 40
     assert np.quantile(np.abs(black[0] - black[1]).max(-1), 0.999) < 0.1 / 255
+
+
+@pytest.mark.parametrize("at_once", [1, 5000])
+def test_cards_are_laid_in_their_order_however_many_at_once(noise_avatar, monkeypatch, at_once):
+    """Translucent cards of many colours, one upon the other: the same picture to the bit."""
+    camera, gaze = camera_of(noise_avatar, 20), np.zeros(2)
+    vertices = noise_avatar.head.vertices(noise_avatar.neutral, SHUT, gaze)
+    together = draw(noise_avatar, vertices, camera, SHUT, gaze)
+    monkeypatch.setattr(lash_cards, "AT_ONCE", at_once)
+    apart = draw(noise_avatar, vertices, camera, SHUT, gaze)
+    np.testing.assert_array_equal(together.color, apart.color)
+    np.testing.assert_array_equal(together.alpha, apart.alpha)
 
 
 def test_cards_are_mixed_in_srgb():
