@@ -39,8 +39,8 @@ def painted(head, name):
 def test_each_failure_is_named(head, examine, name):
     codes, segmentation = examine(painted(head, name))
     assert CASES[name].code in codes
-    face = segmentation.labels[
-        segmentation.labels.shape[0] // 4 : -segmentation.labels.shape[0] // 4
+    face = segmentation.regions[
+        segmentation.regions.shape[0] // 4 : -segmentation.regions.shape[0] // 4
     ]
     if name in ("fringe", "half-shadow"):
         assert (face == HIDDEN).mean() > 0.03, "left to the other side"

@@ -44,8 +44,9 @@ __all__ = [
 ]  # fmt: skip
 
 
-# Regions that a label may lie in besides its own: a clear lens shows skin and eyes.
-WITHIN = {LENS: (GLASSES, SKIN, EYES), THING: (HIDDEN, CLOTHES)}
+# Regions that a label may lie in besides its own: a clear lens shows skin and eyes, hair and clothes
+# are taken with a third of their edge.
+WITHIN = {LENS: (GLASSES, SKIN, EYES), THING: (HIDDEN, CLOTHES), BACKGROUND: (HAIR, CLOTHES)}
 
 
 def made_by(options: SegmentOptions) -> str:
@@ -117,10 +118,15 @@ def _named(window, regions, fine):
     if fine is None:
         return regions
     labels = regions.copy()
-    there = [label for label in np.unique(fine).tolist() if label >= len(REGIONS)]
+    told = [BACKGROUND, *range(len(REGIONS), len(LABELS))]
+    there = [label for label in np.unique(fine).tolist() if label in told]
     for label, where in zip(there, on_photo(window, *(fine == label for label in there))):
         fits = np.isin(regions, WITHIN.get(label, (REGION_OF[label],)))
         labels[where & fits] = label
+    # What is left out with a margin, or lies before the face, is called what it is.
+    covered = np.isin(regions, (GLASSES, HIDDEN))
+    if covered.any():
+        labels[covered] = window.nearest(fine)[covered]
     return labels
 
 
@@ -132,7 +138,8 @@ def occlusion(segmentation, points):
         points: [478, 2] pixels.
 
     Returns:
-        dict of shares 0..1: `hair` and `hidden` of the face contour's inside, `forehead_hair` of
+        dict of shares 0..1: `hair` and `hidden` (but for things, which have a finding of their own) of
+        the face contour's inside, `forehead_hair` of
         its part above the brows, `glasses` of the region of the eyes, from brow to mid-nose.
     """
     points = np.asarray(points, np.float64)[:, :2]
@@ -156,7 +163,7 @@ def occlusion(segmentation, points):
 
     return {
         "hair": share(HAIR, face),
-        "hidden": share(HIDDEN, face, labels),  # a thing has a finding of its own
+        "hidden": share(True, face, (regions == HIDDEN) & (labels != THING)),
         "forehead_hair": share(HAIR, forehead),
         "glasses": share(GLASSES, eyes),
     }

@@ -50,6 +50,13 @@ class Window:
             )
         return out
 
+    def nearest(self, labels: np.ndarray) -> np.ndarray:
+        """Labels [S, S] of the face frame on the part's pixels [h, w]."""
+        return cv2.warpAffine(
+            labels, warp_matrix(self.to_frame), self.part.shape[1::-1],
+            flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE,
+        )  # fmt: skip
+
 
 def enlarge(window: Window, found: Found, options: SegmentOptions) -> tuple[np.ndarray, np.ndarray]:
     """Regions and soft skin mask at the photo's own resolution, edges refined by its pixels.

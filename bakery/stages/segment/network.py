@@ -66,7 +66,10 @@ def classify(window: Window) -> Found:
     to_frame = _joined(matrix, window.to_frame)
     shares = np.stack([_warped(plane, to_frame) for plane in shares])
     points = apply(window.to_frame, window.points)
-    _, radius = prior.polar(points[landmarks.OVAL])
+    angle, radius = prior.polar(points[landmarks.OVAL])
+    # Beyond the crop its border goes on, but hair does not grow on upwards and to the sides.
+    ends = ~_inside(to_frame) & (angle < 110)
+    _take_over(shares, portrait.HAIR, portrait.BACKGROUND, ends)
 
     shares = _plausible(shares, window.small, points, radius)
     labels = LABEL_OF[surest(shares)]
@@ -80,6 +83,12 @@ def classify(window: Window) -> Found:
     four[:, glasses | hidden] = 0
     face = (four[SKIN] > 0.5) & (radius < 0.8)
     return Found(four, face, glasses, hidden, labels, shadow=_warped(shadow, to_frame))
+
+
+def _inside(matrix):
+    """Where the crop lies in the face frame, [S, S] bool."""
+    full = np.ones((portrait.SIDE, portrait.SIDE), np.uint8)
+    return cv2.warpAffine(full, warp_matrix(matrix), (prior.SIZE, prior.SIZE)) > 0
 
 
 def surest(shares: np.ndarray) -> np.ndarray:
