@@ -1,5 +1,7 @@
 """The expression is taken out of the neutral skin: nothing without expression, what is known with it."""
 
+import hashlib
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -69,3 +71,9 @@ def test_a_missing_or_damaged_file(tmp_path):
         with pytest.raises(ModelError, match="texture.neutral=keep") as told:
             rest.load_rest(path)
         assert "\n" not in str(told.value)
+
+
+def test_the_card_is_of_this_file():
+    card = json.loads(rest.FILE.with_suffix(".json").read_text(encoding="utf-8"))
+    assert card["sha256"] == hashlib.sha256(rest.FILE.read_bytes()).hexdigest()
+    assert card["metrics"]["log_ratio_undone"] < 0.95 * card["metrics"]["log_ratio"]
