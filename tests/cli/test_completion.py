@@ -29,7 +29,10 @@ def completed(line):
         ("build --generator ", {"pagan", "rendered"}),
         ("build --detector n", {"network"}),
         ("build --head make", {"makehuman"}),
-        ("build --set texture.", {"texture.resolution=", "texture.views=", "texture.mouths="}),
+        (
+            "build --set texture.",
+            {"texture.resolution=", "texture.views=", "texture.mouths=", "texture.neutral="},
+        ),
         ("train pagan --set crop.e", {"crop.eyes=", "crop.eye_weight=", "crop.exact="}),
         ("train detector --set mi", {"minutes="}),
         ("render a --weights mouthPu", {"mouthPucker="}),
