@@ -1,0 +1,39 @@
+"""Rest from a smile, measured: one photo as both of a person's is at rest already."""
+
+from dataclasses import replace
+
+import pytest
+
+from bakery.bake.options import BuildOptions
+from bakery.cli.options import build_options
+from bakery.evaluate import rest
+from bakery.evaluate.avatar.pairs import Pair
+from bakery.formats.record import read_faces
+
+
+def test_a_resting_photo_stays_as_it_is(portrait, head):
+    _, (face,) = read_faces(portrait[1])
+    pair = Pair("painted", portrait[0], portrait[0], face.points, face.points, True)
+    made = BuildOptions()
+    quick = replace(made, texture=replace(made.texture, resolution=512))
+    result = rest.measure(pair, head, {"rest": quick})
+    # Bilinear resampling of a grain of 0.01, by triangles of zero displacement.
+    assert result.scores["warp"].face_psnr > 40
+    # One photo has one geometry, and a face without expression nothing to take out.
+    assert result.driven["rest"] == result.scores["rest"]
+    assert result.scores["rest"].face_psnr > 30
+    assert list(result.pictures) == ["photo", "rest", "warp", "truth"]
+    table = rest.summary([result])
+    assert table["all"] == table["teeth"]
+    assert table["all"]["scores"]["rest"]["hull_psnr"] == pytest.approx(
+        result.scores["rest"].hull_psnr
+    )
+
+
+def test_the_ways_are_those_of_the_option():
+    assert {name: o.texture.neutral for name, o in rest.ways().items()} == {
+        rest.KEPT: "keep",
+        "rest": "rest",
+    }
+    assert build_options("default", (), None, "keep") == rest.ways()[rest.KEPT]
+    assert build_options("default", ("texture.neutral=keep",)) == rest.ways()[rest.KEPT]
