@@ -8,12 +8,14 @@ it is and once mirrored.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
 
 from bakery.bake.fitting import fit_portrait, fitted_neutral
 from bakery.bake.options import BuildOptions
+from bakery.formats.files import digest_file
 from bakery.formats.image import read_photo
 from bakery.formats.portraits import landmarks_of, reference_points
 from bakery.geometry.sample import bilinear
@@ -175,8 +177,8 @@ def save(basis: RestBasis, path) -> None:
     save_file({key: np.ascontiguousarray(value) for key, value in arrays.items()}, path)
 
 
-def model_card(basis: RestBasis, metrics: dict, digest: str, commit: str) -> dict:
-    """What the basis is, as a JSON table."""
+def model_card(basis: RestBasis, metrics: dict, path: Path, commit: str) -> dict:
+    """What the basis is, as a JSON table; `path` is the saved one, whose digest goes in."""
     return {
         "name": "resting skin basis",
         "purpose": "what an expression does to the skin's colour, to be undone in the neutral texture",
@@ -192,5 +194,5 @@ def model_card(basis: RestBasis, metrics: dict, digest: str, commit: str) -> dic
         "size": basis.modes.shape[1],
         "metrics": metrics,
         "commit": commit,
-        "sha256": digest,
+        "sha256": digest_file(path),
     }

@@ -18,54 +18,65 @@ def train():
     """Train the networks of the project, and make its presets."""
 
 
-@train.command(cls=options.Command)
-@click.argument("portraits", type=folder)
-@click.option("-o", "--output", required=True, type=folder, help=".safetensors to write.")
-@click.option("--commit", default="", help="Commit of this code, for the card.")
-@options.head
-@options.overwrite
-def albedo(portraits, output, commit, head, overwrite):
-    """Learn the albedo basis from london/train of PORTRAITS; its card goes beside it."""
+def learned(command):
+    """The arguments of what is learned from PORTRAITS into a basis with its card beside it."""
+    for option in (
+        options.overwrite,
+        options.head,
+        click.option("--commit", default="", help="Commit of this code, for the card."),
+        click.option("-o", "--output", required=True, type=folder, help=".safetensors to write."),
+        click.argument("portraits", type=folder),
+    ):
+        command = option(command)
+    return command
+
+
+def _write_basis(training, make, output, commit, overwrite):
+    """Write what `make()` learned, (basis, figures), and its card.
+
+    Args:
+        training: the module that has `save` and `model_card` of it.
+    """
     from bakery.formats import record
     from bakery.formats.files import write_bytes
-    from bakery.heads.file import load_head
-    from bakery.train.albedo import learn, model_card, save
-    from bakery.train.subjects import albedo_subjects
 
     card = output.with_suffix(".json")
     options.may_write(output, overwrite)
     options.may_write(card, overwrite)
-    model = load_head(head)
-    basis, figures = learn(albedo_subjects(portraits, model), model)
-    save(basis, output)
-    write_bytes(card, record.dump(model_card(basis, figures, output, commit)))
+    basis, figures = make()
+    training.save(basis, output)
+    write_bytes(card, record.dump(training.model_card(basis, figures, output, commit)))
     click.echo(json.dumps(figures))
     options.wrote(output, card)
 
 
 @train.command(cls=options.Command)
-@click.argument("portraits", type=folder)
-@click.option("-o", "--output", required=True, type=folder, help=".safetensors to write.")
-@click.option("--commit", default="", help="Commit of this code, for the card.")
-@options.head
-@options.overwrite
+@learned
+def albedo(portraits, output, commit, head, overwrite):
+    """Learn the albedo basis from london/train of PORTRAITS; its card goes beside it."""
+    from bakery.heads.file import load_head
+    from bakery.train import albedo as training
+    from bakery.train.subjects import albedo_subjects
+
+    def make():
+        model = load_head(head)
+        return training.learn(albedo_subjects(portraits, model), model)
+
+    _write_basis(training, make, output, commit, overwrite)
+
+
+@train.command(cls=options.Command)
+@learned
 def rest(portraits, output, commit, head, overwrite):
     """Learn how smiles change the skin from london/train of PORTRAITS; its card goes beside it."""
-    from bakery.formats import record
-    from bakery.formats.files import digest_file, write_bytes
     from bakery.heads.file import load_head
     from bakery.train import rest as training
 
-    card = output.with_suffix(".json")
-    options.may_write(output, overwrite)
-    options.may_write(card, overwrite)
-    known = training.ratios(list(training.unwrapped_pairs(portraits, load_head(head))))
-    basis, figures = training.learn(known), training.left_out_error(known)
-    training.save(basis, output)
-    table = training.model_card(basis, figures, digest_file(output), commit)
-    write_bytes(card, record.dump(table))
-    click.echo(json.dumps(figures))
-    options.wrote(output, card)
+    def make():
+        known = training.ratios(list(training.unwrapped_pairs(portraits, load_head(head))))
+        return training.learn(known), training.left_out_error(known)
+
+    _write_basis(training, make, output, commit, overwrite)
 
 
 @train.command("mouths", cls=options.Command)

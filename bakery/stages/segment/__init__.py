@@ -31,6 +31,7 @@ from bakery.stages.segment.classes import (
     REGIONS,
     SKIN,
     THING,
+    Found,
     Segmentation,
     SegmentOptions,
 )
@@ -40,13 +41,13 @@ from bakery.stages.segment.frame import apply, frame_box, warp_down
 __all__ = [
     "BACKGROUND", "BEARD", "BROWS", "CLOTHES", "EARS", "EYES", "GLASSES", "HAIR", "HAT", "HIDDEN",
     "LABELS", "LENS", "LIPS", "MOUTH", "NECK", "REGIONS", "SKIN", "THING", "SegmentOptions",
-    "Segmentation", "made_by", "occlusion", "segment", "window_of",
+    "Segmentation", "made_by", "occlusion", "on_whole", "segment", "window_of",
 ]  # fmt: skip
 
 
 # Regions that a label may lie in besides its own: a clear lens shows skin and eyes, hair and clothes
 # are taken with a third of their edge.
-WITHIN = {LENS: (GLASSES, SKIN, EYES), THING: (HIDDEN, CLOTHES), BACKGROUND: (HAIR, CLOTHES)}
+WITHIN = {LENS: (SKIN, EYES), THING: (CLOTHES,), BACKGROUND: (HAIR, CLOTHES)}
 
 
 def made_by(options: SegmentOptions) -> str:
@@ -80,10 +81,21 @@ def segment(
         found = network.classify(window)
     else:
         found = colours.classify(window, options.rounds)
+    return on_whole(window, box, found, options, encoded.shape[:2])
+
+
+def on_whole(
+    window: Window,
+    box: tuple[slice, slice],
+    found: Found,
+    options: SegmentOptions,
+    shape: tuple[int, ...],
+) -> Segmentation:
+    """The classes found in a window (`window_of`) as the labels of its whole photo [H, W]."""
     regions, skin = enlarge(window, found, options)
 
     def whole(plane):
-        out = np.zeros(encoded.shape[:2], plane.dtype)
+        out = np.zeros(shape, plane.dtype)
         out[box] = plane
         return out
 
@@ -139,8 +151,8 @@ def occlusion(segmentation, points):
 
     Returns:
         dict of shares 0..1: `hair` and `hidden` (but for things, which have a finding of their own) of
-        the face contour's inside, `forehead_hair` of
-        its part above the brows, `glasses` of the region of the eyes, from brow to mid-nose.
+        the face contour's inside, `forehead_hair` of its part above the brows, `glasses` of the
+        region of the eyes, from brow to mid-nose.
     """
     points = np.asarray(points, np.float64)[:, :2]
     height, width = segmentation.regions.shape

@@ -43,7 +43,6 @@ SURE_THING = (0.05, 0.93)  # area over that of the face, mean share, of a thing 
 SURE_BEARD = (0.85, 8.0)  # mean share, distance in Lab from the cheeks (half of that in lightness)
 DEEP = 0.1  # of the light on the lit skin: below, a shadow shows nothing
 MIDDLE = 0.72  # of the way to the contour: what one side of the face is judged by
-COVERED, BOTH_SIDES = 0.15, 0.5  # least share of the middle; most that both sides have in common
 SPECK = 0.002  # of the squared face size: smaller parts of skin, and holes in it, are mistakes
 
 
@@ -161,12 +160,7 @@ def _hidden_side(labels, small, radius):
     lit = np.percentile(light[bare & middle], 75) if (bare & middle).any() else 0.0
     lost = (bare & (light < DEEP * lit)) | (labels == HAIR)
     lost = cv2.morphologyEx(lost.astype(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5), np.uint8)) > 0
-    inner = lost & middle
-    both = (inner & inner[:, ::-1]).sum()
-    if inner.sum() < COVERED * middle.sum() or both > BOTH_SIDES * inner.sum():
-        return np.zeros_like(lost)
-    closed = cv2.morphologyEx(lost.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((15, 15))) > 0
-    return closed & (radius < 1)
+    return overlays.one_side(lost, middle) & (radius < 1)
 
 
 def _take_over(shares, loser, winner, where):

@@ -170,10 +170,20 @@ def find_occlusion(small, colors, hair, seed, radius):
     _, parts = cv2.connectedComponents(occluded, connectivity=4)
     roots = np.unique(parts[hair])
     occluded = np.isin(parts, roots[roots > 0])
-    inner = occluded & seed
+    return one_side(occluded, seed)
+
+
+def one_side(occluded, middle):
+    """What is occluded, its holes closed, if it lies before one side of the face; else nothing.
+
+    Args:
+        occluded: [SIZE, SIZE] bool.
+        middle: [SIZE, SIZE] bool, the part of the face that both sides are judged by.
+    """
+    inner = occluded & middle
     both = (inner & inner[:, ::-1]).sum() / max(inner.sum(), 1)
-    if inner.sum() < COVERED * seed.sum() or both > BOTH_SIDES:
-        return none
+    if inner.sum() < COVERED * middle.sum() or both > BOTH_SIDES:
+        return np.zeros_like(occluded)
     return cv2.morphologyEx(occluded.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((15, 15))) > 0
 
 

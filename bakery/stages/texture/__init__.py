@@ -1,6 +1,7 @@
 """Pictures to textures: T_0 of the photo, and what the generator painted, unwrapped onto the atlas.
 
-`neutral` makes T_0 with eyes, lids and hair, `rest` takes the expression out of it; `keys`, `gaze` and `mouth` unwrap what was generated.
+`neutral` makes T_0 with eyes, lids and hair, `rest` takes the expression out of it; `keys`, `gaze` and
+`mouth` unwrap what was generated.
 """
 
 from dataclasses import dataclass

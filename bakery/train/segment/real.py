@@ -26,9 +26,7 @@ from bakery.train.segment import outline
 
 QUALITY = 86  # of the JPEGs
 GLASSES = (portrait.FRAME, portrait.LENS)
-HUE = (
-    2.5  # standard deviations from the face's own hue up to which ears, neck and forehead are sure
-)
+HUE = 2.5  # standard deviations from the face's own up to which ears, neck and forehead are sure
 ROOM = 1.12  # side of a kept crop over that of the crop the network sees
 
 
@@ -84,8 +82,10 @@ def _inside(inside, matrix):
 
 
 def _labels(image, points, person, glasses):
-    encoded = np.float32(image) / 255
-    ruled = segment.segment(encoded, points, segment.SegmentOptions(method="colours"))
+    options = segment.SegmentOptions(method="colours")
+    window, box = segment.window_of(np.float32(image) / 255, points)
+    found = colours.classify(window, options.rounds)
+    ruled = segment.on_whole(window, box, found, options, image.shape[:2])
     face = marks.face_size(points)
     label = np.full(image.shape[:2], portrait.UNSURE, np.uint8)
     deep = _eroded(person == outline.PERSON, 0.02 * face)
@@ -94,7 +94,9 @@ def _labels(image, points, person, glasses):
         both = (ruled.labels == theirs) & (seen == ours) & (person != outline.BACKDROP)
         # Narrow bands go: the rules call the edge of a bald head hair.
         label[_grown(_eroded(both, 0.06 * face), 0.04 * face) & both & deep] = ours
-    for ours, where in _bare_parts(encoded, points, segment.SegmentOptions().rounds).items():
+    for ours, part in _bare_parts(window, found).items():
+        where = np.zeros(image.shape[:2], bool)
+        where[box] = part
         bare = _eroded(where, 0.015 * face) & (person != outline.BACKDROP)
         label[bare & (seen != portrait.BEARD)] = ours
     rows = np.arange(image.shape[0])[:, None]
@@ -141,13 +143,11 @@ def _network_classes(image, points):
     )  # fmt: skip
 
 
-def _bare_parts(encoded, points, rounds):
-    """Where the colour rules see ears, neck and forehead: {class: [H, W] bool}.
+def _bare_parts(window, ruled):
+    """Where the colour rules see ears, neck and forehead in a window: {class: [h, w] bool}.
 
     Skin that they find beside, below or above the face, of the face's own hue.
     """
-    window, box = segment.window_of(encoded, points)
-    ruled = colours.classify(window, rounds)
     frame = apply(window.to_frame, window.points)
     angle, radius = prior.polar(frame[marks.OVAL])
     rows = np.arange(prior.SIZE)[:, None] + 0.5
@@ -158,12 +158,8 @@ def _bare_parts(encoded, points, rounds):
         portrait.NECK: (radius > 1.05) & (angle > 130),
         portrait.SKIN: (radius > 0.6) & (angle < 60) & (rows < above_brows),
     }
-    out = {}
-    for label, where in parts.items():
-        whole = np.zeros(encoded.shape[:2], bool)
-        whole[box] = window.back(np.float32(bare & where))[0] > 0.5
-        out[label] = whole
-    return out
+    planes = window.back(*(np.float32(bare & where) for where in parts.values()))
+    return {label: plane > 0.5 for label, plane in zip(parts, planes)}
 
 
 def _disc(radius):
