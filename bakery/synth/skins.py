@@ -19,8 +19,9 @@ from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.noise import value_noise
 from bakery.landmarks import FACE, OVAL
 from bakery.stages.atlas import make_atlas
-from bakery.stages.texture.complete import INFERRED, shading
+from bakery.stages.texture.complete import INFERRED
 from bakery.stages.texture.neutral import prepare
+from bakery.stages.texture.unwrap import shading
 from bakery.synth.skin import HAEMOGLOBIN, MELANIN
 
 TEXELS = 512  # side of a skin; 0.5 mm on the face

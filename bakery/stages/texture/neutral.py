@@ -15,13 +15,14 @@ from bakery.landmarks import FACE
 from bakery.stages.atlas import make_atlas, make_view, visibility_of
 from bakery.stages.condition import condition
 from bakery.stages.face_frame import head_photo
-from bakery.stages.texture.complete import INFERRED, PAINTED, complete_skin
+from bakery.stages.texture.complete import INFERRED, PAINTED, complete
 from bakery.stages.texture.eyes import eye_maps, paint_eyes
 from bakery.stages.texture.hair import Mattes, hair_layer
 from bakery.stages.texture.interior import paint_interior
 from bakery.stages.texture.lashes import lay_lashes
 from bakery.stages.texture.lids import lid_skin
 from bakery.stages.texture.rest import RestBasis, change_of
+from bakery.stages.texture.unwrap import unwrap_albedo
 from bakery.types import Fit, Landmarks, Photo
 
 CHANGED = 0.1  # log ratio from which skin no longer counts as observed
@@ -70,13 +71,14 @@ def prepare(
     )
     on_skin = atlas.take("skin")
     visibility = visibility_of(on_skin, make_view(vertices, head, local.camera, edge=0.75))
-    skin = complete_skin(image, mattes, points, local, head, vertices, on_skin, visibility)
+    seen = unwrap_albedo(image, mattes, points, local, head, vertices, on_skin, visibility)
+    skin = complete(seen, head, vertices, on_skin)
     blank = np.zeros((8, 8, 3), np.float32)
     drawn = condition(head, neutral, blank, fit.expression, fit.gaze, local.camera)
     eyes = eye_maps(
         image, mattes.occluder, points, local, head, vertices, drawn.part, drawn.depth, skin.tone
     )
-    texture = skin.color.reshape(-1, 3)
+    texture = seen.lit(skin.albedo).reshape(-1, 3)
     source = skin.source.reshape(-1)
     if rest is not None:
         change = change_of(rest, head, on_skin, fit.expression)
@@ -106,7 +108,7 @@ def prepare(
             head_photo(photo.encoded, landmarks.points, fit, head, neutral),
         ),
         source.reshape(resolution, resolution),
-        skin.facing,
+        seen.seen * seen.on_skin,
         lay_lashes(over, texture, head, white),
     )
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bakery.landmarks import EYE_LEFT, EYE_RIGHT, LIPS_INNER
-from bakery.stages.texture.complete import open_lids, rims
+from bakery.stages.texture.unwrap import open_lids, rims
 
 
 def eye_points():

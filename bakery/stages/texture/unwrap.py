@@ -1,0 +1,134 @@
+"""The part of a face's albedo that one photo shows, on the atlas (Saito 2017, section 4)."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from bakery.geometry import harmonics, rotation
+from bakery.geometry.color import LUMA
+from bakery.geometry.fill import smoothstep
+from bakery.geometry.mesh import vertex_normals
+from bakery.geometry.sample import bicubic, bilinear
+from bakery.heads.base import HeadModel
+from bakery.landmarks import EYES, LIPS_INNER
+from bakery.stages.atlas import Atlas, Visibility, soften
+from bakery.stages.texture.hair import Mattes
+from bakery.types import Fit
+
+
+@dataclass(frozen=True)
+class PartialAlbedo:
+    """What a photo shows of the skin's albedo, with all its detail, on the atlas."""
+
+    albedo: np.ndarray  # [T, T, 3] float32 linear, relative to what a photo shows as 1
+    seen: np.ndarray  # [T, T] float32 0..1: how surely the photo shows bare skin there
+    shade: np.ndarray  # [T, T, 3] float32: the photo's light, 1 at a frontal normal
+    on_skin: np.ndarray  # [T, T] float32: 1 on the charts of the skin
+
+    def lit(self, albedo: np.ndarray) -> np.ndarray:
+        """An albedo [T, T, 3] in the photo's light."""
+        out: np.ndarray = albedo * np.where(self.on_skin[..., None] > 0, self.shade, 1)
+        return out
+
+
+def reflectance(linear_points, shade):
+    """Divide colours [N, 3] by shading [N, 3], both linear."""
+    return linear_points / np.maximum(shade, 1e-3)
+
+
+def shading(normals, light):
+    """Irradiance [N, 3] at camera-space normals, relative to that of a frontal normal.
+
+    Second-order harmonics swing wildly on sides the photo never showed, so the ratio is held to
+    0.45..1.5 around the frontal value.
+    """
+    front = harmonics.irradiance(np.array([[0.0, 0.0, 1.0]]), light)
+    ratio = harmonics.irradiance(normals, light) / np.maximum(front, 1e-4)
+    gray = ratio @ LUMA
+    return np.clip(gray, 0.45, 1.5)[:, None] * np.ones(3, np.float32)
+
+
+def rims(points, shape):
+    """How near a pixel [H, W] 0..1 is to the edge of a lid or to the line between the lips.
+
+    There the surface turns away from the camera, yet what the photo shows is its own colour: the
+    lash line, the line of the mouth.
+    """
+    out = np.zeros(shape, np.float32)
+    for ring, band in ((EYES[0], 0.07), (EYES[1], 0.07), (LIPS_INNER, 0.05)):
+        curve = points[ring]
+        width = np.ptp(curve[:, 0])
+        line = np.ones(shape, np.uint8)
+        cv2.polylines(line, [np.round(curve * 16).astype(np.int32)], True, 0, shift=4)
+        away = cv2.distanceTransform(line, cv2.DIST_L2, 3)
+        out = np.maximum(out, smoothstep(band * width, 0.5 * band * width, away))
+    return out.astype(np.float32)
+
+
+def open_lids(skin_mask, points, occluder):
+    """The mask with the lids let in up to their edge, where nothing hides them.
+
+    A segmentation leaves a margin around the eyes; without it the lash line would be lost and lids
+    would end in bare skin.
+
+    Args:
+        points: [L, 2] pixels.
+        occluder: [H, W] 0..1, what hides the face.
+    """
+    out = skin_mask.copy()
+    for lids in EYES:
+        ring = points[lids]
+        width = np.ptp(ring[:, 0])
+        eye = np.zeros(out.shape, np.uint8)
+        cv2.fillPoly(eye, [np.round(ring * 16).astype(np.int32)], 1, shift=4)
+        away = cv2.distanceTransform(1 - eye, cv2.DIST_L2, 3)
+        around = smoothstep(0.30 * width, 0.18 * width, away) * (1 - eye)
+        out = np.maximum(out, around.astype(np.float32))
+    return out * (1 - occluder)
+
+
+def unwrap_albedo(
+    linear: np.ndarray,
+    mattes: Mattes,
+    points: np.ndarray,
+    fit: Fit,
+    head: HeadModel,
+    vertices: np.ndarray,
+    atlas: Atlas,
+    visibility: Visibility,
+) -> PartialAlbedo:
+    """Unwrap the skin of a photo and divide its light out.
+
+    Args:
+        linear: [H, W, 3] float32 photo, already filtered to about the atlas's density.
+        mattes: Mattes of the photo.
+        points: [L, 2] pixels, landmarks of the photo.
+        fit: Fit of the photo.
+        vertices: [V, 3] mm, the shape as it stands in the photo.
+        atlas: Atlas of the head's skin.
+        visibility: Visibility of that atlas through the photo's camera.
+
+    References:
+        Saito et al. 2017, section 4: the photo divided by the fitted shading, visible skin only.
+    """
+    pixels = visibility.pixels
+    # There is no second view that could know better, so even slanting skin counts.
+    weight = visibility.weight(grazing=88.0, full=76.0)
+    weight = np.maximum(
+        weight, visibility.visible * bilinear(rims(points, linear.shape[:2]), pixels)
+    )
+    mask = open_lids(mattes.skin, points, mattes.occluder)
+    weight *= smoothstep(0.5, 0.95, bilinear(mask, pixels))
+    color = np.maximum(bicubic(linear, pixels), 0)
+    turn = rotation.matrix(fit.camera.rotation)
+    normals = atlas.at(vertex_normals(vertices, head.faces) @ turn.T)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
+    shade = shading(normals, fit.light)
+    on_skin = atlas.paint(np.ones(len(pixels), np.float32))
+    return PartialAlbedo(
+        albedo=atlas.paint(reflectance(color, shade)),
+        seen=soften(atlas.paint(weight), on_skin),
+        shade=atlas.paint(shade),
+        on_skin=on_skin,
+    )
