@@ -75,7 +75,7 @@ class FittedSubject:
         resolution = self.options.texture.resolution
         prepared = prepare(
             photo, landmarks, fit, neutral, self.head, mattes, resolution,
-            rest=rest_of(self.options.texture),
+            rest=rest_of(self.options.texture), method=self.options.texture.complete,
         )  # fmt: skip
         self.subject, self.hair = prepared.subject, prepared.hair
         self.shape = neutral

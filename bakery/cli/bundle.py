@@ -15,7 +15,17 @@ from bakery.cli import options
 @click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
 @click.option("--keep-photo", is_flag=True, help="Keep the portrait in the bundle.")
 def bundle(
-    photo, fitted, textures, masks, output, preset, settings, resolution, neutral, **request
+    photo,
+    fitted,
+    textures,
+    masks,
+    output,
+    preset,
+    settings,
+    resolution,
+    neutral,
+    complete,
+    **request,
 ):
     """Pack what was made of PHOTO into a bundle.
 
@@ -29,7 +39,7 @@ def bundle(
     from bakery.bake import pipeline
     from bakery.heads.file import load_head
 
-    chosen = options.build_options(preset, settings, resolution, neutral)
+    chosen = options.build_options(preset, settings, resolution, neutral, complete)
     asked = pipeline.Request(photo, output, chosen, **request)
     head = load_head(asked.head)
     pipeline.bundle_files(asked, head, fitted, textures, masks)

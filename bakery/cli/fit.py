@@ -21,7 +21,7 @@ from bakery.cli.each import as_bytes, check_early, each, output, overlay, show
 )
 @options.dry_run
 def fit(
-    photos, output, preview, dry_run, overwrite, preset, settings, resolution, neutral, head, detector,
+    photos, output, preview, dry_run, overwrite, preset, settings, resolution, neutral, complete, head, detector,
     landmarks, face, frame, same_person, **others,
 ):  # fmt: skip
     """Fit the head model to PHOTOS.
@@ -42,7 +42,10 @@ def fit(
     from bakery.runtime.overlay import draw_fit
     from bakery.stages.fit import Face
 
-    model, chosen = load_head(head), options.build_options(preset, settings, resolution, neutral)
+    model, chosen = (
+        load_head(head),
+        options.build_options(preset, settings, resolution, neutral, complete),
+    )
 
     def found(photo):
         given = landmarks_file(landmarks, photo)

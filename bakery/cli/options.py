@@ -71,6 +71,10 @@ neutral = click.option(
     "--neutral", type=click.Choice(["rest", "keep"]),
     help="Take the photo's expression out of the neutral skin (rest), or keep it.",
 )  # fmt: skip
+completion = click.option(
+    "--complete", type=click.Choice(["none", "mirror", "quick"]),
+    help="How to fill in skin that the photo does not show (quick).",
+)  # fmt: skip
 fitted = click.option("--fit", "fitted", required=True, type=PATH, help="From `fit`.")
 weights = click.option(
     "--weights", default="", shell_complete=complete.weights,
@@ -124,8 +128,8 @@ expressions = click.option(
 def baking(command):
     """The options that `build` and every single step take, so that one call can be made of parts."""
     for option in (
-        overwrite, which_face, detector, expressions, hair, generator, head, neutral, resolution, settings,
-        preset,
+        overwrite, which_face, detector, expressions, hair, generator, head, neutral, completion,
+        resolution, settings, preset,
     ):  # fmt: skip
         command = option(command)
     return command
@@ -254,8 +258,8 @@ def options_class(of):
     return getattr(importlib.import_module(module), name)
 
 
-def build_options(preset, settings, resolution=None, neutral=None):
-    """BuildOptions of a preset, with --set, --resolution and --neutral on top.
+def build_options(preset, settings, resolution=None, neutral=None, complete=None):
+    """BuildOptions of a preset, with --set, --resolution, --neutral and --complete on top.
 
     Raises:
         UsageProblem: no such preset or setting, or a value that is not allowed.
@@ -263,7 +267,8 @@ def build_options(preset, settings, resolution=None, neutral=None):
     from bakery import preset as presets
 
     tables = presets.with_settings(presets.load("builds", preset), settings)
-    for name, value in (("resolution", resolution), ("neutral", neutral)):
+    given = {"resolution": resolution, "neutral": neutral, "complete": complete}
+    for name, value in given.items():
         if value:
             tables = presets.with_settings(tables, [f"texture.{name}={value}"])
     return presets.options_from(options_class("build"), tables, f"preset {preset}")

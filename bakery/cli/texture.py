@@ -12,7 +12,9 @@ output = click.option("-o", "--output", required=True, type=options.PATH)
 @options.fitted
 @output
 @options.baking
-def texture(photo, fitted, output, overwrite, preset, settings, resolution, neutral, **request):
+def texture(
+    photo, fitted, output, overwrite, preset, settings, resolution, neutral, complete, **request
+):
     """Paint all textures of one fit of PHOTO into an npz file.
 
     \b
@@ -27,7 +29,7 @@ def texture(photo, fitted, output, overwrite, preset, settings, resolution, neut
     from bakery.heads.file import load_head
     from bakery.plugins import plug_in
 
-    chosen = options.build_options(preset, settings, resolution, neutral)
+    chosen = options.build_options(preset, settings, resolution, neutral, complete)
     generator, head = plug_in("generators", request["generator"]), load_head(request["head"])
     asked = pipeline.Request(photo, output, chosen, **request)
     seen = pipeline.read_portrait(asked, fitted, head)
@@ -46,7 +48,7 @@ def texture(photo, fitted, output, overwrite, preset, settings, resolution, neut
 @click.command(cls=options.Command)
 @output
 @options.baking
-def mask(output, overwrite, preset, settings, resolution, neutral, head, **others):
+def mask(output, overwrite, preset, settings, resolution, neutral, complete, head, **others):
     """Draw the activation masks of a head model into an npz file.
 
     \b
@@ -57,6 +59,9 @@ def mask(output, overwrite, preset, settings, resolution, neutral, head, **other
     from bakery.formats import record
     from bakery.heads.file import load_head
 
-    model, chosen = load_head(head), options.build_options(preset, settings, resolution, neutral)
+    model, chosen = (
+        load_head(head),
+        options.build_options(preset, settings, resolution, neutral, complete),
+    )
     record.write_arrays(output, {"masks": draw_masks(model, chosen), "head": model.digest})
     options.wrote(output)

@@ -38,7 +38,7 @@ def unwrap(photo, landmarks, fit, neutral, head, mattes):
     Returns:
         albedo [T, T, 3] float32 linear; meant for the skin parts of the atlas only.
     """
-    prepared = prepare(photo, landmarks, fit, neutral, head, mattes, TEXELS)
+    prepared = prepare(photo, landmarks, fit, neutral, head, mattes, TEXELS, method="mirror")
     atlas = make_atlas(head, TEXELS)
     vertices = head.vertices(neutral, fit.expression, fit.gaze)
     turn = rotation.matrix(fit.camera.rotation)

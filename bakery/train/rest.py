@@ -61,7 +61,7 @@ def unwrap(path, points, head, options=DEFAULTS) -> Unwrapped:
     neutral = fitted_neutral(head, fit)
     mattes = mattes_of(photo.encoded, segmentation, landmarks.points)
     own = close_lids(head, neutral)
-    made = prepare(photo, landmarks, fit, neutral, own, mattes, options.resolution)
+    made = prepare(photo, landmarks, fit, neutral, own, mattes, options.resolution, method="none")
     trust = (made.source == OBSERVED) * made.facing.astype(np.float32)
     return on_chart(made.subject.texture, trust, fit.expression, head, options)
 

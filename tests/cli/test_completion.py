@@ -31,7 +31,13 @@ def completed(line):
         ("build --head make", {"makehuman"}),
         (
             "build --set texture.",
-            {"texture.resolution=", "texture.views=", "texture.mouths=", "texture.neutral="},
+            {
+                "texture.resolution=",
+                "texture.views=",
+                "texture.mouths=",
+                "texture.complete=",
+                "texture.neutral=",
+            },
         ),
         ("train pagan --set crop.e", {"crop.eyes=", "crop.eye_weight=", "crop.exact="}),
         ("train detector --set mi", {"minutes="}),

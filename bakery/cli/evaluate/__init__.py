@@ -9,6 +9,7 @@ from bakery.cli import complete, options
 from bakery.cli.evaluate import generator as evaluate_generator
 from bakery.cli.evaluate import motion as evaluate_motion
 from bakery.cli.evaluate import segment as evaluate_segment
+from bakery.cli.evaluate import skin as evaluate_skin
 
 portraits = click.argument("portraits", type=click.Path(path_type=Path))
 
@@ -197,6 +198,6 @@ def failures(names, output, folder, preset, settings, head, overwrite):
 for command in (
     evaluate_generator.generator, evaluate_generator.painted, evaluate_generator.times,
     evaluate_generator.keys, evaluate_generator.detail, evaluate_generator.rest,
-    evaluate_motion.track, evaluate_motion.talk, evaluate_motion.animate, evaluate_segment.segment,
+    evaluate_motion.track, evaluate_motion.talk, evaluate_motion.animate, evaluate_segment.segment, evaluate_skin.complete,
 ):  # fmt: skip
     evaluate.add_command(command)

@@ -79,6 +79,21 @@ def rest(portraits, output, commit, head, overwrite):
     _write_basis(training, make, output, commit, overwrite)
 
 
+@train.command(cls=options.Command)
+@learned
+def skin(portraits, output, commit, head, overwrite):
+    """Learn the skin database from london/train of PORTRAITS; its card goes beside it."""
+    from bakery.heads.file import load_head
+    from bakery.train import skin as training
+
+    def make():
+        model = load_head(head)
+        found = list(training.of_photos(portraits, model))
+        return training.learn(found), training.left_out_error(found, model)
+
+    _write_basis(training, make, output, commit, overwrite)
+
+
 @train.command("mouths", cls=options.Command)
 @click.option("-o", "--output", required=True, type=folder, help="JSON to write.")
 @click.option("--count", default=300, show_default=True, type=click.IntRange(1, 300))

@@ -21,6 +21,10 @@ class TextureOptions(Settings):
         unit="degrees", count=(1, 9),
     )  # fmt: skip
     mouths: int = setting(300, "mouth poses that are baked", 1, 300)
+    complete: str = setting(
+        "quick", "how skin that the photo does not show is filled in",
+        choices=("none", "mirror", "quick"),
+    )  # fmt: skip
     neutral: str = setting(
         "rest", "neutral skin of a photo with an expression", choices=("rest", "keep")
     )

@@ -11,11 +11,18 @@ from bakery.geometry.noise import value_noise
 from bakery.heads.base import HeadModel
 from bakery.landmarks import LIPS_INNER, OVAL
 from bakery.stages.atlas import Atlas, uv_polygon
+from bakery.stages.texture.correlations import correlations, windows_of
+from bakery.stages.texture.database import blended, load_database
+from bakery.stages.texture.grain import own_grain
+from bakery.stages.texture.shaped import shaped
+from bakery.stages.texture.tone import likely_tone
 from bakery.stages.texture.unwrap import PartialAlbedo
 
 OBSERVED, MIRRORED, INFERRED, PAINTED = 1, 2, 3, 4  # codes of coverage.exr; 0 is outside all charts
 FAR_TONE = 0.003  # how strongly unseen skin leans to the median of the face, against its borders
+SHARED = 0.05  # weight that both halves must reach somewhere before their colours are compared
 MUCOSA = np.array([0.92, 0.66, 0.68], np.float32)  # wet inside of the lips over their outside
+METHODS = ("none", "mirror", "quick")
 GRAIN_WAVELENGTHS = (0.9, 1.8, 3.6)  # mm; pores to small blotches
 
 
@@ -29,53 +36,88 @@ class CompleteAlbedo:
 
 
 def complete(
-    partial: PartialAlbedo, head: HeadModel, vertices: np.ndarray, atlas: Atlas
+    partial: PartialAlbedo,
+    head: HeadModel,
+    vertices: np.ndarray,
+    atlas: Atlas,
+    method: str = "quick",
 ) -> CompleteAlbedo:
     """Fill in what a photo does not show.
 
     Args:
         vertices: [V, 3] mm, the shape as it stands in the photo.
         atlas: Atlas of the head's skin.
+        method: of METHODS. "none" continues tones smoothly; "mirror" takes the other half of the face
+            where only that was seen, and adds noise; "quick" adds likely tones of the face and the
+            person's own grain, shaped as the skin database says.
+
+    Raises:
+        ModelError: "quick", and the skin database cannot be read.
     """
     on_skin, seen, observed = partial.on_skin, partial.seen, partial.albedo
     well = seen > 0.9
     tone = np.median(observed[well], 0) if well.any() else np.full(3, 0.3, np.float32)
-
-    # The other half of the face stands in where it was seen and this one was not.
-    seen_mirror, mirror = seen[:, ::-1], observed[:, ::-1]
-    both = np.minimum(seen, seen_mirror)
-    matched = mirror * np.exp(diffuse(log_ratio(observed, mirror), both))
-    mirror_weight = seen_mirror * (1 - seen)
-    known = seen + mirror_weight
-    joined = (observed * seen[..., None] + matched * mirror_weight[..., None]) / np.maximum(
-        known, 1e-6
-    )[..., None]
-
-    # What nobody saw: tone continued from the borders and fading to the median far away, with grain.
-    # The far tone joins the diffusion as a faint opinion held everywhere.
+    joined, known = (observed, seen) if method == "none" else with_mirror(observed, seen)
+    trusted = _trusted(known, head, atlas.size)
     low = cv2.GaussianBlur(joined * known[..., None], (0, 0), atlas.size / 170)
     low /= np.maximum(cv2.GaussianBlur(known, (0, 0), atlas.size / 170), 1e-3)[..., None]
-    rim = atlas.size // 100 | 1  # borders of what was seen are the least sure: hair, halo, glare
-    firm = (known > 0.8).astype(np.float32)
-    # Well within the contour, edges are lids and lips, and as good as their middle.
-    inner = cv2.erode(firm, np.ones((3, 3), np.uint8)) * uv_polygon(head, OVAL, 0.8, atlas.size)
-    trusted = np.maximum(cv2.erode(firm, np.ones((rim, rim), np.uint8)), inner)
+    # Far from all borders, what is likely joins the diffusion as a faint opinion held everywhere.
     anchored = np.maximum(trusted, FAR_TONE * on_skin)
-    values = np.where(trusted[..., None] > 0, low, tone)
-    base = diffuse(values, anchored)
-    grain = grain_like(joined, trusted * on_skin, vertices, atlas)
+    if method == "quick":
+        database = load_database()
+        likely = likely_tone(joined, trusted, head, database)
+        ratio = log_ratio(low, likely) * (trusted > 0)[..., None]
+        base = likely * np.exp(diffuse(ratio, anchored))
+        grain = own_grain(joined, trusted * on_skin, vertices, atlas)
+        if grain is not None:
+            windows = windows_of(head, atlas)
+            wanted = blended(correlations(joined, known, windows), database)
+            base = base * np.exp(shaped(grain, base, wanted, windows))
+    else:
+        base = diffuse(np.where(trusted[..., None] > 0, low, tone), anchored)
+    if method == "mirror":
+        base = base * np.exp(grain_like(joined, trusted * on_skin, vertices, atlas))[..., None]
     inner_lips = cv2.GaussianBlur(
         uv_polygon(head, LIPS_INNER, 1.0, atlas.size), (0, 0), atlas.size / 300
     )
-    mucosa = 1 - (1 - MUCOSA) * inner_lips[..., None]
-    inferred = base * mucosa * np.exp(grain)[..., None]
-    coverage = np.clip(known, 0, 1)[..., None]
-    albedo_full = joined * coverage + inferred * (1 - coverage)
-
+    inferred = base * (1 - (1 - MUCOSA) * inner_lips[..., None])
+    share = np.clip(known, 0, 1)[..., None]
     source = np.select(
         [on_skin == 0, seen >= 0.5, known >= 0.5], [0, OBSERVED, MIRRORED], INFERRED
     ).astype(np.uint8)
-    return CompleteAlbedo(albedo_full, source, tone)
+    return CompleteAlbedo(joined * share + inferred * (1 - share), source, tone)
+
+
+def with_mirror(observed: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The other half of the face stands in where it was seen and this one was not.
+
+    Args:
+        observed: [T, T, 3] linear; seen: [T, T] 0..1.
+
+    Returns:
+        both joined [T, T, 3], and how surely that is known [T, T].
+    """
+    seen_mirror, mirror = seen[:, ::-1], observed[:, ::-1]
+    both = np.minimum(seen, seen_mirror)
+    if both.max() > SHARED:
+        mirror = mirror * np.exp(diffuse(log_ratio(observed, mirror), both))
+    weight = seen_mirror * (1 - seen)
+    known = seen + weight
+    joined = observed * seen[..., None] + mirror * weight[..., None]
+    return joined / np.maximum(known, 1e-6)[..., None], known
+
+
+def _trusted(known: np.ndarray, head: HeadModel, size: int) -> np.ndarray:
+    """What may be continued [T, T] 0 or 1: borders of what was seen are the least sure.
+
+    They hold hair, halo and glare. Well within the contour, though, edges are lids and lips, and as
+    good as their middle.
+    """
+    rim = size // 100 | 1
+    firm = (known > 0.8).astype(np.float32)
+    inner = cv2.erode(firm, np.ones((3, 3), np.uint8)) * uv_polygon(head, OVAL, 0.8, size)
+    out: np.ndarray = np.maximum(cv2.erode(firm, np.ones((rim, rim), np.uint8)), inner)
+    return out
 
 
 def log_ratio(a: np.ndarray, b: np.ndarray) -> np.ndarray:

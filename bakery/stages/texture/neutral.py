@@ -12,7 +12,7 @@ from bakery.geometry import rotation
 from bakery.geometry.color import to_linear
 from bakery.heads.base import HeadModel
 from bakery.landmarks import FACE
-from bakery.stages.atlas import make_atlas, make_view, visibility_of
+from bakery.stages.atlas import Atlas, Visibility, make_atlas, make_view, visibility_of
 from bakery.stages.condition import condition
 from bakery.stages.face_frame import head_photo
 from bakery.stages.texture.complete import INFERRED, PAINTED, complete
@@ -22,7 +22,7 @@ from bakery.stages.texture.interior import paint_interior
 from bakery.stages.texture.lashes import lay_lashes
 from bakery.stages.texture.lids import lid_skin
 from bakery.stages.texture.rest import RestBasis, change_of
-from bakery.stages.texture.unwrap import unwrap_albedo
+from bakery.stages.texture.unwrap import PartialAlbedo, unwrap_albedo
 from bakery.types import Fit, Landmarks, Photo
 
 CHANGED = 0.1  # log ratio from which skin no longer counts as observed
@@ -38,6 +38,42 @@ class Prepared:
     hair: np.ndarray  # [T, T, 4] float32 linear, colour multiplied by alpha
 
 
+@dataclass(frozen=True, eq=False)
+class SkinView:
+    """The skin of one photo on the atlas, and the head as it was cut out of the photo."""
+
+    atlas: Atlas
+    on_skin: Atlas  # of the skin alone
+    visibility: Visibility  # of that one
+    vertices: np.ndarray  # [V, 3] mm, the shape as it stands in the photo
+    image: np.ndarray  # [h, w, 3] float32 linear, no finer than the atlas can hold
+    mattes: Mattes  # of that image, as are the next two
+    points: np.ndarray  # [L, 2] pixels
+    fit: Fit
+    partial: PartialAlbedo
+
+
+def unwrap_skin(
+    photo: Photo,
+    landmarks: Landmarks,
+    fit: Fit,
+    neutral: np.ndarray,
+    head: HeadModel,
+    mattes: Mattes,
+    resolution: int,
+) -> SkinView:
+    """Cut the head out of a photo and unwrap its skin; arguments as for `prepare`."""
+    atlas = make_atlas(head, resolution)
+    vertices = head.vertices(neutral, fit.expression, fit.gaze)
+    image, mattes, points, local = _cut_out(
+        photo, mattes, landmarks.points, fit, head, vertices, resolution
+    )
+    on_skin = atlas.take("skin")
+    visibility = visibility_of(on_skin, make_view(vertices, head, local.camera, edge=0.75))
+    partial = unwrap_albedo(image, mattes, points, local, head, vertices, on_skin, visibility)
+    return SkinView(atlas, on_skin, visibility, vertices, image, mattes, points, local, partial)
+
+
 def prepare(
     photo: Photo,
     landmarks: Landmarks,
@@ -48,6 +84,7 @@ def prepare(
     resolution: int,
     hair: Callable[..., np.ndarray] = hair_layer,
     rest: RestBasis | None = None,
+    method: str = "quick",
 ) -> Prepared:
     """Complete T_0, the eyes and the hair of one person.
 
@@ -60,25 +97,28 @@ def prepare(
         resolution: T.
         hair: what makes the hair, as `hair.base.Hair.layer`.
         rest: takes the photo's expression out of the skin; None keeps it.
+        method: how skin that the photo does not show is completed, of complete.METHODS.
 
     Returns:
         Prepared.
     """
-    atlas = make_atlas(head, resolution)
-    vertices = head.vertices(neutral, fit.expression, fit.gaze)
-    image, mattes, points, local = _cut_out(
-        photo, mattes, landmarks.points, fit, head, vertices, resolution
-    )
-    on_skin = atlas.take("skin")
-    visibility = visibility_of(on_skin, make_view(vertices, head, local.camera, edge=0.75))
-    seen = unwrap_albedo(image, mattes, points, local, head, vertices, on_skin, visibility)
-    skin = complete(seen, head, vertices, on_skin)
+    view = unwrap_skin(photo, landmarks, fit, neutral, head, mattes, resolution)
+    atlas, on_skin, local = view.atlas, view.on_skin, view.fit
+    skin = complete(view.partial, head, view.vertices, on_skin, method)
     blank = np.zeros((8, 8, 3), np.float32)
     drawn = condition(head, neutral, blank, fit.expression, fit.gaze, local.camera)
     eyes = eye_maps(
-        image, mattes.occluder, points, local, head, vertices, drawn.part, drawn.depth, skin.tone
+        view.image,
+        view.mattes.occluder,
+        view.points,
+        local,
+        head,
+        view.vertices,
+        drawn.part,
+        drawn.depth,
+        skin.tone,
     )
-    texture = seen.lit(skin.albedo).reshape(-1, 3)
+    texture = view.partial.lit(skin.albedo).reshape(-1, 3)
     source = skin.source.reshape(-1)
     if rest is not None:
         change = change_of(rest, head, on_skin, fit.expression)
@@ -95,7 +135,7 @@ def prepare(
     texture = atlas.fill_gutter(texture.reshape(resolution, resolution, 3))
     lids = lid_skin(head, neutral, texture, atlas)
     turn = rotation.matrix(fit.camera.rotation)
-    over = atlas.fill_gutter(hair(image, mattes, head, on_skin, visibility))
+    over = atlas.fill_gutter(hair(view.image, view.mattes, head, on_skin, view.visibility))
     return Prepared(
         Subject(
             head,
@@ -108,7 +148,7 @@ def prepare(
             head_photo(photo.encoded, landmarks.points, fit, head, neutral),
         ),
         source.reshape(resolution, resolution),
-        seen.seen * seen.on_skin,
+        view.partial.seen * view.partial.on_skin,
         lay_lashes(over, texture, head, white),
     )
 

@@ -11,10 +11,14 @@ from bakery.geometry.fill import smoothstep
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.sample import bicubic, bilinear
 from bakery.heads.base import HeadModel
-from bakery.landmarks import EYES, LIPS_INNER
-from bakery.stages.atlas import Atlas, Visibility, soften
+from bakery.landmarks import EYES, LIPS_INNER, OVAL
+from bakery.stages.atlas import Atlas, Visibility, soften, uv_polygon
 from bakery.stages.texture.hair import Mattes
 from bakery.types import Fit
+
+PALER = 0.6  # log of red over blue: skin of one face, in all its parts, differs less
+BLUR = 1 / 500  # of the atlas's side, before colours are compared
+ISLAND = 0.02  # of the largest piece of seen skin: smaller ones beyond the face are left out
 
 
 @dataclass(frozen=True)
@@ -126,9 +130,32 @@ def unwrap_albedo(
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
     shade = shading(normals, fit.light)
     on_skin = atlas.paint(np.ones(len(pixels), np.float32))
-    return PartialAlbedo(
-        albedo=atlas.paint(reflectance(color, shade)),
-        seen=soften(atlas.paint(weight), on_skin),
-        shade=atlas.paint(shade),
-        on_skin=on_skin,
-    )
+    albedo = atlas.paint(reflectance(color, shade))
+    weight = without_foreign(albedo, atlas.paint(weight), head)
+    return PartialAlbedo(albedo, soften(weight, on_skin), atlas.paint(shade), on_skin)
+
+
+def without_foreign(albedo: np.ndarray, weight: np.ndarray, head: HeadModel) -> np.ndarray:
+    """The weight [T, T] without what is no skin of this face, though it was called skin.
+
+    Beyond the face's contour, bits of collars, jewels and walls are left: they are less red than the
+    face's skin, or islands.
+
+    Args:
+        albedo: [T, T, 3] linear; weight: [T, T] 0..1.
+    """
+    size = len(albedo)
+    face = uv_polygon(head, OVAL, 1.0, size) > 0
+    sure = (weight > 0.9) & face
+    if not sure.any():
+        return weight
+    blurred = cv2.GaussianBlur(albedo * weight[..., None], (0, 0), BLUR * size)
+    tint = np.log(np.maximum(blurred[..., 0], 1e-4) / np.maximum(blurred[..., 2], 1e-4))
+    pale = tint < np.median(tint[sure]) - PALER
+    pale = cv2.dilate((pale & (weight > 0)).astype(np.uint8), np.ones((size // 200 | 1,) * 2))
+    out = np.where(face, weight, weight * (1 - pale))
+    _, parts, sizes, _ = cv2.connectedComponentsWithStats((out > 0.5).astype(np.uint8))
+    area = sizes[:, cv2.CC_STAT_AREA].astype(np.float64)
+    area[0] = 0
+    island = (area < ISLAND * area.max())[parts] & (parts > 0) & ~face
+    return out * (1 - cv2.dilate(island.astype(np.uint8), np.ones((5, 5))))

@@ -1,0 +1,132 @@
+"""A person's own skin grain, continued over skin that nobody saw.
+
+Small round pieces of what the photo shows plainly, without brows, lips, moles or folds, are laid on a
+triangular grid. Three overlap everywhere; their sum keeps the variance of the original, so that the
+grain does not fade where they blend.
+
+References:
+    Heitz and Neyret, "High-Performance By-Example Noise using a Histogram-Preserving Blending
+    Operator", HPG 2018: grid, random pieces and the variance-preserving blend.
+"""
+
+import cv2
+import numpy as np
+
+from bakery.geometry.color import LUMA
+from bakery.geometry.sample import bilinear
+from bakery.stages.atlas import Atlas
+
+PIECE = 9.0  # mm, radius of a piece, at most
+SMALLEST = 2.5  # mm, radius below which a piece shows nothing but itself
+COARSEST = 3.0  # mm, wavelength above which it is tone
+PLAIN = (0.3, 1.7)  # local energy of plain skin, of the median's
+PIECES = 64  # fewest places to take them from before they are made smaller
+STRETCH = (0.5, 2.5)  # of texels, against those of the face, that pieces follow
+DARKEST = 2e-3  # linear
+
+
+def own_grain(
+    albedo: np.ndarray, trusted: np.ndarray, vertices: np.ndarray, atlas: Atlas, seed: int = 0
+) -> np.ndarray | None:
+    """Grain like that of the skin that was seen.
+
+    Args:
+        albedo: [T, T, 3] linear; trusted: [T, T] 0..1, where it is seen without doubt.
+        vertices: [V, 3] mm; atlas: of the skin.
+        seed: of the places that pieces come from.
+
+    Returns:
+        [T, T, 3] float32 log ratio to the tone; None where too little plain skin is seen.
+    """
+    spacing = texel_sizes(vertices, atlas)
+    known = trusted > 0.9
+    if not known.any():
+        return None
+    usual = np.median(spacing[known], 0)
+    size = float(usual.mean())
+    detail = fine_detail(albedo, trusted, COARSEST / size)
+    energy = np.abs(detail @ LUMA) * known
+    area = known.astype(np.float32)
+    local = _blurred(energy, 1.5 / size) / np.maximum(_blurred(area, 1.5 / size), 1e-3)
+    median = np.median(local[known])
+    plain = known & (local > PLAIN[0] * median) & (local < PLAIN[1] * median)
+    plain = cv2.morphologyEx(plain.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3)))
+    radius = PIECE / size
+    while True:
+        away = cv2.distanceTransform(plain, cv2.DIST_L2, 5)
+        centers = np.argwhere(away > radius)[:, ::-1]
+        if len(centers) >= PIECES:
+            break
+        radius *= 0.8
+        if radius * size < SMALLEST:
+            return None
+    return _laid(detail, centers, radius / STRETCH[1], spacing / usual, atlas, seed)
+
+
+def fine_detail(albedo: np.ndarray, weight: np.ndarray, sigma: float) -> np.ndarray:
+    """log albedo [T, T, 3] less its blur of sigma texels, over what has weight [T, T]."""
+    whole = np.log(np.maximum(albedo, DARKEST)) * weight[..., None]
+    tone = _blurred(whole, sigma) / np.maximum(_blurred(weight, sigma), 1e-3)[..., None]
+    out: np.ndarray = whole - tone * weight[..., None]
+    return out
+
+
+def _blurred(values: np.ndarray, sigma: float) -> np.ndarray:
+    return cv2.GaussianBlur(values, (0, 0), sigma)
+
+
+def texel_sizes(vertices: np.ndarray, atlas: Atlas) -> np.ndarray:
+    """Size of each texel along u and along v [T, T, 2] mm, smooth; 0 off the charts."""
+    points = atlas.paint(atlas.at(vertices))
+    inside = atlas.paint(np.ones(len(atlas.index), np.float32))
+    out = np.zeros(inside.shape + (2,), np.float32)
+    sigma = atlas.size / 128
+    for axis, side in ((0, 1), (1, 0)):
+        both = inside * np.roll(inside, -1, side)
+        step = np.linalg.norm(np.roll(points, -1, side) - points, axis=2) * both
+        mass = np.maximum(_blurred(both, sigma), 1e-3)
+        out[..., axis] = _blurred(step, sigma) / mass
+    return out
+
+
+def _laid(
+    detail: np.ndarray,
+    centers: np.ndarray,
+    radius: float,
+    stretch: np.ndarray,
+    atlas: Atlas,
+    seed: int,
+) -> np.ndarray:
+    """Pieces of a detail [T, T, 3] around `centers` [n, 2] on the whole skin [T, T, 3].
+
+    Args:
+        radius: texels, edge of the grid's triangles.
+        stretch: [T, T, 2] texel sizes along u and v, of the usual.
+    """
+    y, x = np.divmod(atlas.index, atlas.size)
+    place = np.stack([x, y], 1).astype(np.float32)
+    # Skewed so that the triangles' corners are whole numbers.
+    skewed = np.stack([place[:, 0] - place[:, 1] / np.sqrt(3), place[:, 1] * 2 / np.sqrt(3)], 1)
+    skewed /= radius
+    cell = np.floor(skewed).astype(np.int64)
+    part = skewed - cell
+    upper = part.sum(1) > 1
+    corner = np.where(upper[:, None], 1, 0)
+    shares = np.stack([1 - part.sum(1), part[:, 0], part[:, 1]], 1)
+    over = np.stack([part.sum(1) - 1, 1 - part[:, 0], 1 - part[:, 1]], 1)
+    shares = np.where(upper[:, None], over, shares).astype(np.float32)
+    turned = np.where(upper, -1, 1)
+    total = np.zeros((len(place), 3), np.float32)
+    for number, step in enumerate(((0, 0), (1, 0), (0, 1))):
+        node = cell + corner + turned[:, None] * np.array(step)
+        flat = np.stack([node[:, 0] + node[:, 1] / 2, node[:, 1] * np.sqrt(3) / 2], 1) * radius
+        key = (node[:, 0] * 73856093) ^ (node[:, 1] * 19349663) ^ (seed * 83492791 + 1)
+        key = (key ^ (key >> 13)) * 1274126177
+        center = centers[(key ^ (key >> 16)) % len(centers)]
+        at = np.clip(np.round(flat), 0, atlas.size - 1).astype(int)
+        scale = stretch[at[:, 1], at[:, 0]]
+        scale = np.where(scale > 0, np.clip(scale, *STRETCH), 1)
+        source = center + (place - flat) * scale + 0.5
+        total += shares[:, number : number + 1] * bilinear(detail, source.astype(np.float32))
+    total /= np.sqrt((shares**2).sum(1))[:, None]
+    return atlas.paint(total)

@@ -1,0 +1,69 @@
+"""Grain shaped in each octave so that the completed skin has the energy it most likely has there."""
+
+import cv2
+import numpy as np
+
+from bakery.geometry.color import LUMA
+from bakery.geometry.sample import bilinear
+from bakery.stages.texture.correlations import (
+    OCTAVES,
+    WINDOWS,
+    Correlations,
+    Windows,
+    levels,
+)
+
+GAIN = (0.1, 2.0)  # of a band of the person's own grain: more would show crumbs
+BEYOND = 1.0  # gain outside the chart: the person's own grain as it is
+
+
+def shaped(
+    grain: np.ndarray, base: np.ndarray, wanted: Correlations, windows: Windows
+) -> np.ndarray:
+    """Scale the octaves of a grain, in windows.
+
+    The base has energy of its own, at lips and brows: the grain makes up what is missing.
+
+    Args:
+        grain: [T, T, 3] log ratio, alike everywhere; base: [T, T, 3] linear, smooth.
+        wanted: what the skin most likely looks like.
+
+    Returns:
+        [T, T, 3] log ratio.
+    """
+    on_skin = windows.atlas.paint(np.ones(len(windows.number), np.float32))
+    luma = grain @ LUMA
+    own = levels(luma, on_skin)
+    smooth = levels(np.log(np.maximum(base @ LUMA, 2e-3)), on_skin)
+    aim = wanted.energy()
+    out = grain - luma[..., None] + own[-1][..., None]
+    strength = np.zeros_like(luma)
+    for octave in range(OCTAVES):
+        band = own[octave] - own[octave + 1]
+        had = max(float((band.reshape(-1)[windows.atlas.index] ** 2).mean()), 1e-10)
+        given = _window_means((smooth[octave] - smooth[octave + 1]) ** 2, windows)
+        missing = np.maximum(aim[:, octave] - given, 0)
+        gain = np.clip(np.sqrt(missing / had), *GAIN)
+        gain = _spread_out(np.where(wanted.known > 0, gain, BEYOND), windows)
+        out += (band * gain)[..., None]
+        strength += gain / OCTAVES
+    # Blotches of colour go with the grain's strength.
+    color = grain - luma[..., None]
+    return out + color * (np.minimum(strength, 1) - 1)[..., None]
+
+
+def _window_means(values: np.ndarray, windows: Windows) -> np.ndarray:
+    """Mean [W] of a picture [T, T] over each window."""
+    inside = windows.number >= 0
+    number, of = windows.number[inside], values.reshape(-1)[windows.atlas.index[inside]]
+    total = np.bincount(number, weights=of, minlength=WINDOWS**2)
+    return total / np.maximum(windows.size, 1)
+
+
+def _spread_out(values: np.ndarray, windows: Windows) -> np.ndarray:
+    """A value a window [W] as a smooth picture [T, T], BEYOND outside the chart."""
+    grid = values.reshape(WINDOWS, WINDOWS, 1).astype(np.float32)
+    padded = cv2.copyMakeBorder(grid, 2, 2, 2, 2, cv2.BORDER_CONSTANT, value=BEYOND)
+    place = np.clip(windows.place + 2, 0, WINDOWS + 4).astype(np.float32)
+    at_texels = bilinear(padded.reshape(WINDOWS + 4, WINDOWS + 4, 1), place)[:, 0]
+    return windows.atlas.paint(at_texels)
