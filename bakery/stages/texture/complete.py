@@ -19,8 +19,10 @@ from bakery.stages.texture.tone import likely_tone
 from bakery.stages.texture.unwrap import PartialAlbedo
 
 OBSERVED, MIRRORED, INFERRED, PAINTED = 1, 2, 3, 4  # codes of coverage.exr; 0 is outside all charts
-FAR_TONE = 0.003  # how strongly unseen skin leans to the median of the face, against its borders
+FAR_TONE = 0.003  # how strongly unseen skin leans to what is likely, against its borders
 SHARED = 0.05  # weight that both halves must reach somewhere before their colours are compared
+LEVELED = 0.85  # of the difference of slanting tones that goes
+LEVEL_BLUR = 1 / 70  # of the atlas's side: what is finer is detail
 MUCOSA = np.array([0.92, 0.66, 0.68], np.float32)  # wet inside of the lips over their outside
 METHODS = ("none", "mirror", "quick")
 GRAIN_WAVELENGTHS = (0.9, 1.8, 3.6)  # mm; pores to small blotches
@@ -57,23 +59,27 @@ def complete(
     on_skin, seen, observed = partial.on_skin, partial.seen, partial.albedo
     well = seen > 0.9
     tone = np.median(observed[well], 0) if well.any() else np.full(3, 0.3, np.float32)
-    joined, known = (observed, seen) if method == "none" else with_mirror(observed, seen)
+    joined, known, facing = observed, seen, partial.facing
+    if method != "none":
+        joined, known, facing = with_mirror(partial)
     trusted = _trusted(known, head, atlas.size)
     low = cv2.GaussianBlur(joined * known[..., None], (0, 0), atlas.size / 170)
     low /= np.maximum(cv2.GaussianBlur(known, (0, 0), atlas.size / 170), 1e-3)[..., None]
-    # Far from all borders, what is likely joins the diffusion as a faint opinion held everywhere.
-    anchored = np.maximum(trusted, FAR_TONE * on_skin)
     if method == "quick":
         database = load_database()
-        likely = likely_tone(joined, trusted, head, database)
-        ratio = log_ratio(low, likely) * (trusted > 0)[..., None]
-        base = likely * np.exp(diffuse(ratio, anchored))
+        square = np.maximum(facing, _inner_face(head, atlas.size))
+        sure = trusted * square
+        likely = likely_tone(joined, sure, head, database)
+        ratio = log_ratio(low, likely) * (sure > FAR_TONE)[..., None]
+        base = likely * np.exp(diffuse(ratio, np.maximum(sure, FAR_TONE * on_skin)))
+        joined = leveled(joined, known, base, 1 - square)
         grain = own_grain(joined, trusted * on_skin, vertices, atlas)
         if grain is not None:
             windows = windows_of(head, atlas)
             wanted = blended(correlations(joined, known, windows), database)
             base = base * np.exp(shaped(grain, base, wanted, windows))
     else:
+        anchored = np.maximum(trusted, FAR_TONE * on_skin)
         base = diffuse(np.where(trusted[..., None] > 0, low, tone), anchored)
     if method == "mirror":
         base = base * np.exp(grain_like(joined, trusted * on_skin, vertices, atlas))[..., None]
@@ -88,23 +94,48 @@ def complete(
     return CompleteAlbedo(joined * share + inferred * (1 - share), source, tone)
 
 
-def with_mirror(observed: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def with_mirror(partial: PartialAlbedo) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The other half of the face stands in where it was seen and this one was not.
 
-    Args:
-        observed: [T, T, 3] linear; seen: [T, T] 0..1.
-
     Returns:
-        both joined [T, T, 3], and how surely that is known [T, T].
+        albedo of both joined [T, T, 3], how surely that is known [T, T], and how squarely the photo
+        shows it [T, T].
     """
+    observed, seen, facing = partial.albedo, partial.seen, partial.facing
     seen_mirror, mirror = seen[:, ::-1], observed[:, ::-1]
     both = np.minimum(seen, seen_mirror)
     if both.max() > SHARED:
         mirror = mirror * np.exp(diffuse(log_ratio(observed, mirror), both))
     weight = seen_mirror * (1 - seen)
     known = seen + weight
-    joined = observed * seen[..., None] + mirror * weight[..., None]
-    return joined / np.maximum(known, 1e-6)[..., None], known
+    share = np.maximum(known, 1e-6)
+    joined = (observed * seen[..., None] + mirror * weight[..., None]) / share[..., None]
+    return joined, known, (facing * seen + facing[:, ::-1] * weight) / share
+
+
+def leveled(
+    albedo: np.ndarray, known: np.ndarray, base: np.ndarray, share: np.ndarray
+) -> np.ndarray:
+    """Tones that the photo shows at a slant, drawn to those that are continued from squarely seen skin.
+
+    At a slant, light that the harmonics cannot say, gloss and the hair's shadow are what a photo shows.
+    Detail stays.
+
+    Args:
+        albedo: [T, T, 3] linear; known: [T, T] 0..1; base: [T, T, 3] linear, smooth.
+        share: [T, T] 0..1, how much of it.
+    """
+    sigma = LEVEL_BLUR * len(albedo)
+    mass = np.maximum(cv2.GaussianBlur(known, (0, 0), sigma), 1e-3)[..., None]
+    wide = cv2.GaussianBlur(albedo * known[..., None], (0, 0), sigma) / mass
+    ratio = log_ratio(cv2.GaussianBlur(base, (0, 0), sigma), wide)
+    out: np.ndarray = albedo * np.exp(LEVELED * share[..., None] * ratio)
+    return out
+
+
+def _inner_face(head: HeadModel, size: int) -> np.ndarray:
+    """1 well within the face's contour [T, T], 0 from the contour on."""
+    return cv2.GaussianBlur(uv_polygon(head, OVAL, 0.75, size), (0, 0), size / 50)
 
 
 def _trusted(known: np.ndarray, head: HeadModel, size: int) -> np.ndarray:

@@ -16,6 +16,7 @@ from bakery.stages.atlas import Atlas, Visibility, soften, uv_polygon
 from bakery.stages.texture.hair import Mattes
 from bakery.types import Fit
 
+SLANTING = (75.0, 55.0)  # degrees from which on tones are not believed, and up to which they are
 PALER = 0.6  # log of red over blue: skin of one face, in all its parts, differs less
 BLUR = 1 / 500  # of the atlas's side, before colours are compared
 ISLAND = 0.02  # of the largest piece of seen skin: smaller ones beyond the face are left out
@@ -27,6 +28,7 @@ class PartialAlbedo:
 
     albedo: np.ndarray  # [T, T, 3] float32 linear, relative to what a photo shows as 1
     seen: np.ndarray  # [T, T] float32 0..1: how surely the photo shows bare skin there
+    facing: np.ndarray  # [T, T] float32 0..1: how squarely the photo shows it
     shade: np.ndarray  # [T, T, 3] float32: the photo's light, 1 at a frontal normal
     on_skin: np.ndarray  # [T, T] float32: 1 on the charts of the skin
 
@@ -132,7 +134,13 @@ def unwrap_albedo(
     on_skin = atlas.paint(np.ones(len(pixels), np.float32))
     albedo = atlas.paint(reflectance(color, shade))
     weight = without_foreign(albedo, atlas.paint(weight), head)
-    return PartialAlbedo(albedo, soften(weight, on_skin), atlas.paint(shade), on_skin)
+    return PartialAlbedo(
+        albedo,
+        soften(weight, on_skin),
+        atlas.paint(visibility.weight(*SLANTING)),
+        atlas.paint(shade),
+        on_skin,
+    )
 
 
 def without_foreign(albedo: np.ndarray, weight: np.ndarray, head: HeadModel) -> np.ndarray:
