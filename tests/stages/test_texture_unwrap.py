@@ -3,7 +3,7 @@
 import numpy as np
 
 from bakery.landmarks import EYE_LEFT, EYE_RIGHT, LIPS_INNER
-from bakery.stages.texture.unwrap import open_lids, rims
+from bakery.stages.texture.unwrap import open_lids, penumbra, rims
 
 
 def eye_points():
@@ -28,3 +28,12 @@ def test_rims_are_along_lids_and_lips():
     near = rims(eye_points(), (130, 130))
     assert near[50, 50] > 0.9 and near[100, 75] > 0.9
     assert near[50, 40] == 0 and near[75, 65] == 0
+
+
+def test_only_the_edge_of_a_shadow_is_left_out():
+    shadow = np.zeros((512, 512), np.float32)
+    shadow[200:300, 200:300] = 1
+    edge = penumbra(shadow)
+    assert edge[200, 250] == edge[299, 250] == edge[250, 199] == 1
+    assert edge[250, 250] == edge[190, 250] == edge[0, 0] == 0
+    assert penumbra(0 * shadow).max() == 0

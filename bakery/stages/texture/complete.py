@@ -22,6 +22,7 @@ OBSERVED, MIRRORED, INFERRED, PAINTED = 1, 2, 3, 4  # codes of coverage.exr; 0 i
 FAR_TONE = 0.003  # how strongly unseen skin leans to what is likely, against its borders
 SHARED = 0.05  # weight that both halves must reach somewhere before their colours are compared
 LEVELED = 0.85  # of the difference of slanting tones that goes
+DARKER = 1.0  # log of what a shadow takes away, at most
 LEVEL_BLUR = 1 / 70  # of the atlas's side: what is finer is detail
 MUCOSA = np.array([0.92, 0.66, 0.68], np.float32)  # wet inside of the lips over their outside
 METHODS = ("none", "mirror", "quick")
@@ -59,20 +60,19 @@ def complete(
     on_skin, seen, observed = partial.on_skin, partial.seen, partial.albedo
     well = seen > 0.9
     tone = np.median(observed[well], 0) if well.any() else np.full(3, 0.3, np.float32)
-    joined, known, facing = observed, seen, partial.facing
+    joined, known, even = observed, seen, partial.even
     if method != "none":
-        joined, known, facing = with_mirror(partial)
+        joined, known, even = with_mirror(partial)
     trusted = _trusted(known, head, atlas.size)
     low = cv2.GaussianBlur(joined * known[..., None], (0, 0), atlas.size / 170)
     low /= np.maximum(cv2.GaussianBlur(known, (0, 0), atlas.size / 170), 1e-3)[..., None]
     if method == "quick":
         database = load_database()
-        square = np.maximum(facing, _inner_face(head, atlas.size))
-        sure = trusted * square
+        sure = trusted * even
         likely = likely_tone(joined, sure, head, database)
         ratio = log_ratio(low, likely) * (sure > FAR_TONE)[..., None]
         base = likely * np.exp(diffuse(ratio, np.maximum(sure, FAR_TONE * on_skin)))
-        joined = leveled(joined, known, base, 1 - square)
+        joined = leveled(joined, known, base, 1 - even)
         grain = own_grain(joined, trusted * on_skin, vertices, atlas)
         if grain is not None:
             windows = windows_of(head, atlas)
@@ -98,44 +98,40 @@ def with_mirror(partial: PartialAlbedo) -> tuple[np.ndarray, np.ndarray, np.ndar
     """The other half of the face stands in where it was seen and this one was not.
 
     Returns:
-        albedo of both joined [T, T, 3], how surely that is known [T, T], and how squarely the photo
-        shows it [T, T].
+        albedo of both joined [T, T, 3], how surely that is known [T, T], and how surely its tone is
+        the skin's own [T, T].
     """
-    observed, seen, facing = partial.albedo, partial.seen, partial.facing
+    observed, seen, even = partial.albedo, partial.seen, partial.even
     seen_mirror, mirror = seen[:, ::-1], observed[:, ::-1]
-    both = np.minimum(seen, seen_mirror)
+    both = np.minimum(seen * even, seen_mirror * even[:, ::-1])
     if both.max() > SHARED:
         mirror = mirror * np.exp(diffuse(log_ratio(observed, mirror), both))
     weight = seen_mirror * (1 - seen)
     known = seen + weight
     share = np.maximum(known, 1e-6)
     joined = (observed * seen[..., None] + mirror * weight[..., None]) / share[..., None]
-    return joined, known, (facing * seen + facing[:, ::-1] * weight) / share
+    return joined, known, (even * seen + even[:, ::-1] * weight) / share
 
 
 def leveled(
     albedo: np.ndarray, known: np.ndarray, base: np.ndarray, share: np.ndarray
 ) -> np.ndarray:
-    """Tones that the photo shows at a slant, drawn to those that are continued from squarely seen skin.
+    """Tones that the photo shows at a slant or in shadow, drawn to those of the skin around.
 
-    At a slant, light that the harmonics cannot say, gloss and the hair's shadow are what a photo shows.
-    Detail stays.
+    There, a photo shows light that the harmonics cannot say, and gloss. Detail stays. Skin in shadow is
+    compared without what is beside it, or the shadow's border would be left.
 
     Args:
         albedo: [T, T, 3] linear; known: [T, T] 0..1; base: [T, T, 3] linear, smooth.
         share: [T, T] 0..1, how much of it.
     """
     sigma = LEVEL_BLUR * len(albedo)
-    mass = np.maximum(cv2.GaussianBlur(known, (0, 0), sigma), 1e-3)[..., None]
-    wide = cv2.GaussianBlur(albedo * known[..., None], (0, 0), sigma) / mass
-    ratio = log_ratio(cv2.GaussianBlur(base, (0, 0), sigma), wide)
+    weight = (known * share + 1e-4 * known)[..., None]
+    mass = np.maximum(cv2.GaussianBlur(weight, (0, 0), sigma), 1e-6)[..., None]
+    one, other = (cv2.GaussianBlur(x * weight, (0, 0), sigma) / mass for x in (base, albedo))
+    ratio = np.clip(np.log(np.maximum(one, 1e-3) / np.maximum(other, 1e-3)), -DARKER, DARKER)
     out: np.ndarray = albedo * np.exp(LEVELED * share[..., None] * ratio)
     return out
-
-
-def _inner_face(head: HeadModel, size: int) -> np.ndarray:
-    """1 well within the face's contour [T, T], 0 from the contour on."""
-    return cv2.GaussianBlur(uv_polygon(head, OVAL, 0.75, size), (0, 0), size / 50)
 
 
 def _trusted(known: np.ndarray, head: HeadModel, size: int) -> np.ndarray:

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from bakery.geometry.color import LUMA
-from bakery.geometry.sample import bilinear
+from bakery.geometry.sample import bicubic
 from bakery.stages.atlas import Atlas
 
 PIECE = 9.0  # mm, radius of a piece, at most
@@ -127,6 +127,6 @@ def _laid(
         scale = stretch[at[:, 1], at[:, 0]]
         scale = np.where(scale > 0, np.clip(scale, *STRETCH), 1)
         source = center + (place - flat) * scale + 0.5
-        total += shares[:, number : number + 1] * bilinear(detail, source.astype(np.float32))
+        total += shares[:, number : number + 1] * bicubic(detail, source.astype(np.float32))
     total /= np.sqrt((shares**2).sum(1))[:, None]
     return atlas.paint(total)

@@ -37,6 +37,7 @@ class Mattes:
     hair: np.ndarray
     strip: np.ndarray  # skin too near to hair to be taken as such; shown together with the hair
     occluder: np.ndarray  # glasses, or what else hides the face
+    shadow: np.ndarray  # hard cast shadow on the skin
 
 
 def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarray) -> Mattes:
@@ -61,7 +62,8 @@ def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarra
     hair = hair * (1 - _pockets(encoded, segmentation.regions, off))
     strip = shown * ((segmentation.regions == SKIN) | (around & ~behind))
     occluder = np.isin(segmentation.regions, (GLASSES, HIDDEN))
-    layers = (segmentation.skin * taken, hair * clear, strip * clear, occluder)
+    shadow = np.zeros(hair.shape) if segmentation.shadow is None else segmentation.shadow
+    layers = (segmentation.skin * taken, hair * clear, strip * clear, occluder, shadow)
     return Mattes(*(x.astype(np.float32) for x in layers))
 
 
