@@ -150,7 +150,7 @@ def paint(
         mattes = mattes_of(view.photo.encoded, view.segmentation, view.landmarks.points)
         return prepare(
             view.photo, view.landmarks, view.fit, neutral, head, mattes, size, hair.layer,
-            rest_of(options.texture), options.texture.complete,
+            rest_of(options.texture), options.texture.complete, options.texture.glasses == "keep",
         )  # fmt: skip
 
     def whole() -> Arrays:

@@ -35,7 +35,7 @@ OTHERS = (".glb", ".gltf", ".json", ".zip", ".exr", ".npz", ".png", ".jpg", ".jp
 @options.as_json
 @options.dry_run
 def build(
-    photos, output, preset, settings, resolution, neutral, complete, same_person, jobs, as_json, dry_run, **request
+    photos, output, preset, settings, same_person, jobs, as_json, dry_run, **request
 ):  # fmt: skip
     """Bake PHOTOS into avatar bundles. A folder stands for the pictures in it.
 
@@ -84,7 +84,7 @@ def build(
         if folder or output is None
         else [(found[0], Path(output))]
     )
-    chosen = options.build_options(preset, settings, resolution, neutral, complete)
+    chosen = options.build_options(preset, settings)
     common = pipeline.Request(*places[0], options=chosen, **request)
     asked = batch.requests_of(places, common)
     if not several:

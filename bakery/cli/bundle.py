@@ -39,7 +39,7 @@ def bundle(
     from bakery.bake import pipeline
     from bakery.heads.file import load_head
 
-    chosen = options.build_options(preset, settings, resolution, neutral, complete)
+    chosen = options.build_options(preset, settings)
     asked = pipeline.Request(photo, output, chosen, **request)
     head = load_head(asked.head)
     pipeline.bundle_files(asked, head, fitted, textures, masks)

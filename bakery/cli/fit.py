@@ -21,7 +21,7 @@ from bakery.cli.each import as_bytes, check_early, each, output, overlay, show
 )
 @options.dry_run
 def fit(
-    photos, output, preview, dry_run, overwrite, preset, settings, resolution, neutral, complete, head, detector,
+    photos, output, preview, dry_run, overwrite, preset, settings, head, detector,
     landmarks, face, frame, same_person, **others,
 ):  # fmt: skip
     """Fit the head model to PHOTOS.
@@ -44,7 +44,7 @@ def fit(
 
     model, chosen = (
         load_head(head),
-        options.build_options(preset, settings, resolution, neutral, complete),
+        options.build_options(preset, settings),
     )
 
     def found(photo):

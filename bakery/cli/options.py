@@ -64,16 +64,33 @@ hair = click.option(
     "--hair", default="layer", show_default=True, shell_complete=complete.plug_ins("hair"),
     help="What makes hair; none leaves it off.",
 )  # fmt: skip
+
+
+def _sets(key):
+    """Arguments of an option that is short for `--set texture.KEY=`, and comes after all of those."""
+
+    def add(context, parameter, value):
+        if value is not None and not context.resilient_parsing:
+            context.params["settings"] += (f"texture.{key}={value}",)
+
+    return {"expose_value": False, "callback": add}
+
+
 resolution = click.option(
-    "--resolution", type=click.IntRange(512, 4096), help="Texels on a side (1024)."
-)
+    "--resolution", type=click.IntRange(512, 4096), help="Texels on a side (1024).",
+    **_sets("resolution"),
+)  # fmt: skip
 neutral = click.option(
-    "--neutral", type=click.Choice(["rest", "keep"]),
+    "--neutral", type=click.Choice(["rest", "keep"]), **_sets("neutral"),
     help="Take the photo's expression out of the neutral skin (rest), or keep it.",
 )  # fmt: skip
 completion = click.option(
-    "--complete", type=click.Choice(["none", "mirror", "quick"]),
+    "--complete", type=click.Choice(["none", "mirror", "quick"]), **_sets("complete"),
     help="How to fill in skin that the photo does not show (quick).",
+)  # fmt: skip
+keep_glasses = click.option(
+    "--keep-glasses", flag_value="keep", default=None, **_sets("glasses"),
+    help="Bake the frames of glasses as a layer over the skin, in place of taking them off.",
 )  # fmt: skip
 fitted = click.option("--fit", "fitted", required=True, type=PATH, help="From `fit`.")
 weights = click.option(
@@ -128,8 +145,8 @@ expressions = click.option(
 def baking(command):
     """The options that `build` and every single step take, so that one call can be made of parts."""
     for option in (
-        overwrite, which_face, detector, expressions, hair, generator, head, neutral, completion,
-        resolution, settings, preset,
+        overwrite, which_face, detector, expressions, hair, generator, head, keep_glasses,
+        completion, neutral, resolution, settings, preset,
     ):  # fmt: skip
         command = option(command)
     return command
@@ -258,8 +275,8 @@ def options_class(of):
     return getattr(importlib.import_module(module), name)
 
 
-def build_options(preset, settings, resolution=None, neutral=None, complete=None):
-    """BuildOptions of a preset, with --set, --resolution, --neutral and --complete on top.
+def build_options(preset, settings):
+    """BuildOptions of a preset, with settings on top.
 
     Raises:
         UsageProblem: no such preset or setting, or a value that is not allowed.
@@ -267,10 +284,6 @@ def build_options(preset, settings, resolution=None, neutral=None, complete=None
     from bakery import preset as presets
 
     tables = presets.with_settings(presets.load("builds", preset), settings)
-    given = {"resolution": resolution, "neutral": neutral, "complete": complete}
-    for name, value in given.items():
-        if value:
-            tables = presets.with_settings(tables, [f"texture.{name}={value}"])
     return presets.options_from(options_class("build"), tables, f"preset {preset}")
 
 

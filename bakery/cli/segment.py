@@ -13,7 +13,7 @@ from bakery.cli.each import as_bytes, check_early, each, output, overlay, show
 @options.baking
 @options.dry_run
 def segment(
-    photos, output, preview, dry_run, overwrite, preset, settings, resolution, neutral, complete, detector, landmarks,
+    photos, output, preview, dry_run, overwrite, preset, settings, detector, landmarks,
     face, frame, **others,
 ):  # fmt: skip
     """Label every pixel of PHOTOS.
@@ -35,7 +35,7 @@ def segment(
     from bakery.formats.labels import encode_labels
     from bakery.runtime.overlay import LABEL_COLORS, draw_labels
 
-    chosen = options.build_options(preset, settings, resolution, neutral, complete)
+    chosen = options.build_options(preset, settings)
 
     def one(photo, place, drawn):
         given = landmarks_file(landmarks, photo)

@@ -12,9 +12,7 @@ output = click.option("-o", "--output", required=True, type=options.PATH)
 @options.fitted
 @output
 @options.baking
-def texture(
-    photo, fitted, output, overwrite, preset, settings, resolution, neutral, complete, **request
-):
+def texture(photo, fitted, output, overwrite, preset, settings, **request):
     """Paint all textures of one fit of PHOTO into an npz file.
 
     \b
@@ -29,7 +27,7 @@ def texture(
     from bakery.heads.file import load_head
     from bakery.plugins import plug_in
 
-    chosen = options.build_options(preset, settings, resolution, neutral, complete)
+    chosen = options.build_options(preset, settings)
     generator, head = plug_in("generators", request["generator"]), load_head(request["head"])
     asked = pipeline.Request(photo, output, chosen, **request)
     seen = pipeline.read_portrait(asked, fitted, head)
@@ -48,7 +46,7 @@ def texture(
 @click.command(cls=options.Command)
 @output
 @options.baking
-def mask(output, overwrite, preset, settings, resolution, neutral, complete, head, **others):
+def mask(output, overwrite, preset, settings, head, **others):
     """Draw the activation masks of a head model into an npz file.
 
     \b
@@ -61,7 +59,7 @@ def mask(output, overwrite, preset, settings, resolution, neutral, complete, hea
 
     model, chosen = (
         load_head(head),
-        options.build_options(preset, settings, resolution, neutral, complete),
+        options.build_options(preset, settings),
     )
     record.write_arrays(output, {"masks": draw_masks(model, chosen), "head": model.digest})
     options.wrote(output)

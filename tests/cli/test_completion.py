@@ -36,6 +36,7 @@ def completed(line):
                 "texture.views=",
                 "texture.mouths=",
                 "texture.complete=",
+                "texture.glasses=",
                 "texture.neutral=",
             },
         ),

@@ -35,5 +35,4 @@ def test_the_ways_are_those_of_the_option():
         rest.KEPT: "keep",
         "rest": "rest",
     }
-    assert build_options("default", (), None, "keep") == rest.ways()[rest.KEPT]
     assert build_options("default", ("texture.neutral=keep",)) == rest.ways()[rest.KEPT]

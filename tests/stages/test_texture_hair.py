@@ -87,7 +87,7 @@ def photo_with_hair_above(row):
     above = (np.arange(512)[:, None] < row) * np.ones((1, 512), bool)
     linear = np.where(above[..., None], BROWN, np.float32(0.5))
     hair = above.astype(np.float32)
-    return linear.astype(np.float32), Mattes(1 - hair, hair, 0 * hair, 0 * hair, 0 * hair)
+    return linear.astype(np.float32), Mattes(1 - hair, hair, *[0 * hair] * 4)
 
 
 def test_hair_goes_on_around_the_head(head, seen):

@@ -11,7 +11,10 @@ from bakery.cli import options
 @click.command(cls=options.Command)
 @click.argument("portraits", type=click.Path(path_type=Path))
 @options.head
-@options.resolution
+@click.option(
+    "--resolution", default=1024, show_default=True, type=click.IntRange(512, 4096),
+    help="Texels on a side.",
+)  # fmt: skip
 @click.option(
     "--set", "start", default="london/val", show_default=True, help="Folder of PORTRAITS."
 )
@@ -26,7 +29,7 @@ def complete(portraits, head, resolution, start, pictures, only, overwrite):
 
     results = []
     for name, scores in completion.everybody(
-        portraits, load_head(head), completion.ways(), start, resolution or 1024, pictures, only
+        portraits, load_head(head), completion.ways(), start, resolution, pictures, only
     ):
         rows = {
             region: {way: vars(one) for way, one in of.items()} for region, of in scores.items()

@@ -25,6 +25,10 @@ class TextureOptions(Settings):
         "quick", "how skin that the photo does not show is filled in",
         choices=("none", "mirror", "quick"),
     )  # fmt: skip
+    glasses: str = setting(
+        "remove", "frames of glasses: taken off, or kept as a layer over the skin",
+        choices=("remove", "keep"),
+    )  # fmt: skip
     neutral: str = setting(
         "rest", "neutral skin of a photo with an expression", choices=("rest", "keep")
     )

@@ -38,6 +38,7 @@ class Mattes:
     strip: np.ndarray  # skin too near to hair to be taken as such; shown together with the hair
     occluder: np.ndarray  # glasses, or what else hides the face
     shadow: np.ndarray  # hard cast shadow on the skin
+    frame: np.ndarray  # of glasses, without their lenses
 
 
 def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarray) -> Mattes:
@@ -63,7 +64,14 @@ def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarra
     strip = shown * ((segmentation.regions == SKIN) | (around & ~behind))
     occluder = np.isin(segmentation.regions, (GLASSES, HIDDEN))
     shadow = np.zeros(hair.shape) if segmentation.shadow is None else segmentation.shadow
-    layers = (segmentation.skin * taken, hair * clear, strip * clear, occluder, shadow)
+    layers = (
+        segmentation.skin * taken,
+        hair * clear,
+        strip * clear,
+        occluder,
+        shadow,
+        segmentation.labels == GLASSES,
+    )
     return Mattes(*(x.astype(np.float32) for x in layers))
 
 

@@ -17,6 +17,7 @@ from bakery.stages.condition import condition
 from bakery.stages.face_frame import head_photo
 from bakery.stages.texture.complete import INFERRED, PAINTED, complete
 from bakery.stages.texture.eyes import eye_maps, paint_eyes
+from bakery.stages.texture.glasses import frame_layer, laid_over
 from bakery.stages.texture.hair import Mattes, hair_layer
 from bakery.stages.texture.interior import paint_interior
 from bakery.stages.texture.lashes import lay_lashes
@@ -85,6 +86,7 @@ def prepare(
     hair: Callable[..., np.ndarray] = hair_layer,
     rest: RestBasis | None = None,
     method: str = "quick",
+    glasses: bool = False,
 ) -> Prepared:
     """Complete T_0, the eyes and the hair of one person.
 
@@ -98,6 +100,7 @@ def prepare(
         hair: what makes the hair, as `hair.base.Hair.layer`.
         rest: takes the photo's expression out of the skin; None keeps it.
         method: how skin that the photo does not show is completed, of complete.METHODS.
+        glasses: keep their frames, in the layer of the hair.
 
     Returns:
         Prepared.
@@ -135,7 +138,11 @@ def prepare(
     texture = atlas.fill_gutter(texture.reshape(resolution, resolution, 3))
     lids = lid_skin(head, neutral, texture, atlas)
     turn = rotation.matrix(fit.camera.rotation)
-    over = atlas.fill_gutter(hair(view.image, view.mattes, head, on_skin, view.visibility))
+    over = hair(view.image, view.mattes, head, on_skin, view.visibility)
+    if glasses:
+        frames = frame_layer(view.image, view.mattes.frame, on_skin, view.visibility)
+        over = laid_over(over, frames)
+    over = atlas.fill_gutter(over)
     return Prepared(
         Subject(
             head,
