@@ -22,9 +22,11 @@ from bakery.stages.texture.interior import paint_interior
 from bakery.stages.texture.lashes import lay_lashes
 from bakery.stages.texture.lids import lid_skin
 from bakery.stages.texture.rest import RestBasis, change_of
+from bakery.stages.texture.seam import closed_lips
 from bakery.types import Fit, Landmarks, Photo
 
 CHANGED = 0.1  # log ratio from which skin no longer counts as observed
+DARK = 1e-3  # linear; below it no ratio is told
 
 
 @dataclass(frozen=True)
@@ -79,9 +81,13 @@ def prepare(
     texture = skin.color.reshape(-1, 3)
     source = skin.source.reshape(-1)
     if rest is not None:
-        change = change_of(rest, head, on_skin, fit.expression)
-        texture[on_skin.index] *= np.exp(change)
-        source[on_skin.index[np.abs(change).max(1) > CHANGED]] = INFERRED
+        seen = texture[on_skin.index]
+        made = seen * np.exp(change_of(rest, head, on_skin, fit.expression))
+        facing = skin.facing.reshape(-1)[on_skin.index]
+        made = closed_lips(made, facing, head, neutral, on_skin, landmarks.points)
+        texture[on_skin.index] = made
+        change = np.abs(np.log(np.maximum(made, DARK) / np.maximum(seen, DARK))).max(1)
+        source[on_skin.index[change > CHANGED]] = INFERRED
     sclera = eyes.ball[:, 128, :].reshape(-1, 3)  # the horizontal meridian of both balls
     white = np.percentile(sclera, 75, axis=0)
     for rows, colors in (
