@@ -69,7 +69,7 @@ resolution = click.option(
 )
 neutral = click.option(
     "--neutral", type=click.Choice(["rest", "keep"]),
-    help="Take the photo's expression out of the neutral skin (rest), or keep it.",
+    help="Take the photo's expression out of the neutral skin and shape (rest), or keep it.",
 )  # fmt: skip
 fitted = click.option("--fit", "fitted", required=True, type=PATH, help="From `fit`.")
 weights = click.option(

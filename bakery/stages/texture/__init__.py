@@ -22,5 +22,5 @@ class TextureOptions(Settings):
     )  # fmt: skip
     mouths: int = setting(300, "mouth poses that are baked", 1, 300)
     neutral: str = setting(
-        "rest", "neutral skin of a photo with an expression", choices=("rest", "keep")
+        "rest", "neutral skin and shape of a photo with an expression", choices=("rest", "keep")
     )

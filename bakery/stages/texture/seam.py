@@ -6,6 +6,7 @@ take on the colour of the lip beside them. How dark closed lips get toward their
 62 neutral photos of london/train (docs/log-rest.md): lips that are brighter are taken down to it.
 """
 
+import cv2
 import numpy as np
 
 from bakery import landmarks as marks
@@ -22,7 +23,8 @@ RINGS = (  # of each lip, the rim at the opening and the border to the skin
     (marks.LIPS_INNER_LOWER, marks.LIPS_OUTER_LOWER),
 )
 NEAR = 12.0  # mm around the lips in which texels are looked at
-LIP = (0.8, 0.95)  # of the way from rim to border; there a lip fades into skin
+LIP = (0.7, 1.0)  # of the way from rim to border; there a lip fades into skin
+END = 0.05  # of the mouth's width, over which what is done fades at both corners
 BODY = (0.15, 0.85)  # of the same, whose colour counts
 SEEN = (
     0.3,
@@ -32,6 +34,7 @@ INSIDE = -0.3  # sine of the angle behind its rim, below which a point lies insi
 DEEP = 3.0  # mm that skin reaches into the mouth
 THIN = 1.0  # mm, the least height of a lip, as at its ends
 COLUMNS, FEW = 24, 6  # along the mouth, in which colours are told apart; texels that tell one
+SMOOTH = 1.5  # columns, standard deviation over which their colours are smoothed
 # Logarithm of luminance at the seam over that of the lip's body, and mm over which it fades; on the
 # upper lip it is more toward the corners, which begin so far from the middle, in mouth widths.
 DEPTH_LOWER, FADE_LOWER = 0.8, 1.35
@@ -74,11 +77,14 @@ def closed_lips(
     places, resting = places[near], on_skin.at(neutral)[near]
     ways = [_way(places, wide[rim], wide[border]) for rim, border in RINGS]
     upper = ways[0][1] <= ways[1][1]
-    seam, along = nearest_on(resting, at_rest[marks.LIPS_INNER_LOWER])
+    line = at_rest[marks.LIPS_INNER_LOWER]
+    seam, _ = nearest_on(resting, line)
+    along = np.clip((resting[:, 0] - line[0, 0]) / (line[-1, 0] - line[0, 0]), 0, 1)
     from_seam = np.linalg.norm(resting - seam, axis=1)
     hidden = upper & (resting[:, 1] < seam[:, 1])  # by the lower lip
     from_seam = np.where(hidden, 0, from_seam)
     wanted_share = np.interp(along, np.linspace(0, 1, len(share) + 2)[1:-1], share)
+    wanted_share = wanted_share * smoothstep(0, END, np.minimum(along, 1 - along))
     out = colors.copy()
     for number, (way, _) in enumerate(ways):
         rows = np.flatnonzero((upper if number == 0 else ~upper) & (way < LIP[1]))
@@ -127,5 +133,7 @@ def _body(colors, along, counts):
     if not known:
         return None
     medians = np.array([np.median(colors[counts & (column == k)], 0) for k in known])
-    centers = (np.array(known) + 0.5) / COLUMNS
-    return np.stack([np.interp(along, centers, medians[:, c]) for c in range(3)], 1)
+    centers, every = (np.array(known) + 0.5) / COLUMNS, (np.arange(COLUMNS) + 0.5) / COLUMNS
+    each = np.stack([np.interp(every, centers, medians[:, c]) for c in range(3)], 1)
+    each = cv2.GaussianBlur(each, (1, 0), sigmaX=1, sigmaY=SMOOTH, borderType=cv2.BORDER_REPLICATE)
+    return np.stack([np.interp(along, every, each[:, c]) for c in range(3)], 1)
