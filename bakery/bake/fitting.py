@@ -62,7 +62,7 @@ def rested(head: HeadModel, fits: Sequence[Fit], options: TextureOptions) -> lis
     """The fits of one person's photos, and how their neutral head comes to rest (`Fit.rest`).
 
     Photos that share a neutral head share what is known of it: one that rests leaves nothing to
-    take off.
+    take off. Nothing is known of other heads than the one that the basis was learned with.
 
     Raises:
         ModelError: the basis is missing or damaged.
@@ -70,6 +70,8 @@ def rested(head: HeadModel, fits: Sequence[Fit], options: TextureOptions) -> lis
     if options.neutral == "keep":
         return list(fits)
     basis = load_rest_shape()
+    if head.name != basis.head:
+        return list(fits)
     sure = [presence(head, fit.expression) for fit in fits]
     return [
         replace(fit, rest=min(sure) * rest_moves(basis, fit.expression, fit.residual))

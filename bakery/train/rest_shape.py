@@ -19,7 +19,7 @@ from bakery.formats.files import digest_file
 from bakery.formats.image import read_photo
 from bakery.formats.portraits import landmarks_of
 from bakery.heads.base import HeadModel
-from bakery.stages.fit.rest import ACTIVE, RestShape, presence, rest_moves
+from bakery.stages.fit.rest import ACTIVE, ARRAYS, RestShape, presence, rest_moves
 from bakery.stages.texture import TextureOptions
 from bakery.train.albedo import ATTRIBUTION
 from bakery.train.rest import mirrored_weights, resting_pairs
@@ -154,7 +154,7 @@ def learn(known: Pairs, head: HeadModel, options: ShapeOptions = DEFAULTS) -> Re
     by_residual = np.zeros((marks.FACE, 3, len(axes)))
     by_residual[lower] = amounts[1 + len(ACTIVE) :].reshape(-1, 3, len(axes))
     arrays = (axes.reshape(-1, marks.FACE, 3), amounts[0], response, by_residual)
-    return RestShape(*(part.astype(np.float32) for part in arrays))
+    return RestShape(head.name, *(part.astype(np.float32) for part in arrays))
 
 
 def left_out_error(known: Pairs, head: HeadModel, options: ShapeOptions = DEFAULTS) -> dict:
@@ -191,10 +191,8 @@ def save(basis: RestShape, path: Path) -> None:
     from safetensors.numpy import save_file
 
     types = {"modes": np.float16, "by_residual": np.float16}
-    arrays = {entry.name: getattr(basis, entry.name) for entry in fields(basis)}
-    save_file(
-        {key: np.ascontiguousarray(part, types.get(key)) for key, part in arrays.items()}, path
-    )
+    arrays = {name: np.ascontiguousarray(getattr(basis, name), types.get(name)) for name in ARRAYS}
+    save_file(arrays, path, {"head": basis.head})
 
 
 def model_card(basis: RestShape, metrics: dict, path: Path, commit: str) -> dict:
@@ -208,8 +206,9 @@ def model_card(basis: RestShape, metrics: dict, path: Path, commit: str) -> dict
         "data": "london/train, neutral and smiling",
         "attribution": ATTRIBUTION,
         "licence": "CC-BY-4.0",
-        "limits": "smiles, with and without teeth, of 62 adults seen from the front, fitted with the "
-        "head makehuman; other expressions are changed as far as their weights occur in smiles",
+        "limits": "smiles, with and without teeth, of 62 adults seen from the front; other heads "
+        "than this one are left as fitted; other expressions are changed as far as their weights occur in smiles",
+        "head": basis.head,
         "modes": len(basis.modes),
         "metrics": metrics,
         "commit": commit,

@@ -44,7 +44,7 @@ def basis():
     modes[0, marks.MOUTH_CORNERS, 1] = 1
     response = weights({"jawOpen": 1})[:, None]
     nothing = np.zeros((marks.FACE, 3, 1), np.float32)
-    return rest.RestShape(modes, np.zeros(1, np.float32), response, nothing)
+    return rest.RestShape("makehuman", modes, np.zeros(1, np.float32), response, nothing)
 
 
 def test_a_resting_face_is_left_alone(head, fit):
@@ -58,7 +58,7 @@ def test_a_resting_face_is_left_alone(head, fit):
 
 
 def test_presence_grows_with_what_the_lips_do(head):
-    found = [rest.presence(head, share * SMILE) for share in (0.0, 0.2, 0.4, 0.6, 1.0)]
+    found = [rest.presence(head, share * SMILE) for share in (0.0, 0.2, 0.5, 0.8, 1.4)]
     assert found == sorted(found) and found[0] == 0 and found[-1] == 1
 
 
@@ -66,6 +66,11 @@ def test_keep_keeps(head, fit):
     assert rested(head, [fit], TextureOptions(neutral="keep")) == [fit]
     (found,) = rested(head, [fit], TextureOptions())
     assert np.abs(found.rest).max() > 0.3  # mm: the shipped basis has something to say of a smile
+
+
+def test_other_heads_are_left_as_fitted(head, fit):
+    other = replace(head, name="another")
+    assert rested(other, [fit], TextureOptions()) == [fit]
 
 
 def test_a_known_basis(head, basis, fit):

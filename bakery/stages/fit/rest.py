@@ -33,8 +33,9 @@ OPENING = (
     "jawOpen mouthSmile mouthLowerDown mouthUpperUp mouthDimple mouthStretch mouthFunnel cheekSquint"
 ).split()
 ACTIVE = np.array([k for k, name in enumerate(EXPRESSIONS) if name.startswith(tuple(OPENING))])
-# mm, root mean square motion of the lips by these: 93% of resting photos lie below 1, 75% of smiles above 2.
-RESTING, MOVING = 0.8, 2.5
+# mm, root mean square motion of the lips by these: 94% of the resting photos of london/train lie below 1.5,
+# 75% of the smiling ones above 2.
+RESTING, MOVING = 1.5, 3.0
 MOST = 4.0  # mm; nobody's smile leaves more in the neutral head
 MIDDLE = (
     8.0  # mm to either side of the face's middle, over which an expression of one side fades out
@@ -44,12 +45,16 @@ OTHER_SIDE = 0.15  # what it keeps of the other side, so that every correction b
 
 @dataclass(frozen=True, eq=False)
 class RestShape:
-    """What expressions leave in neutral landmarks: K modes, E expressions."""
+    """What the expressions of one head model leave in neutral landmarks: K modes, E expressions."""
 
+    head: str  # its name; what other heads leave is not known
     modes: np.ndarray  # [K, 468, 3] float32 mm
     constant: np.ndarray  # [K] float32, amount of each mode in any face that moves its lips
     response: np.ndarray  # [E, K] float32, a unit of expression weight
     by_residual: np.ndarray  # [468, 3, K] float32, a mm of the residual warp
+
+
+ARRAYS = ("modes", "constant", "response", "by_residual")
 
 
 @lru_cache(maxsize=4)
@@ -59,12 +64,12 @@ def load_rest_shape(path: Path = FILE) -> RestShape:
     Raises:
         ModelError: the file is missing or damaged.
     """
-    from safetensors import SafetensorError
-    from safetensors.numpy import load_file
+    from safetensors import SafetensorError, safe_open
 
     try:
-        arrays = {name: values.astype(np.float32) for name, values in load_file(path).items()}
-        basis = RestShape(**{name: arrays[name] for name in RestShape.__dataclass_fields__})
+        with safe_open(path, "numpy") as file:
+            arrays = [file.get_tensor(name).astype(np.float32) for name in ARRAYS]
+            basis = RestShape(str((file.metadata() or {})["head"]), *arrays)
         count = len(basis.constant)
         if basis.modes.shape != (count, marks.FACE, 3):
             raise ValueError(f"modes of shape {list(basis.modes.shape)}")
