@@ -15,7 +15,9 @@ from bakery.landmarks import FACE
 from bakery.stages.atlas import make_atlas, make_view, visibility_of
 from bakery.stages.condition import condition
 from bakery.stages.face_frame import head_photo
+from bakery.stages.fit.rest import presence
 from bakery.stages.texture.complete import INFERRED, PAINTED, complete_skin
+from bakery.stages.texture.creases import filled
 from bakery.stages.texture.eyes import eye_maps, paint_eyes
 from bakery.stages.texture.hair import Mattes, hair_layer
 from bakery.stages.texture.interior import paint_interior
@@ -83,6 +85,7 @@ def prepare(
     if rest is not None:
         seen = texture[on_skin.index]
         made = seen * np.exp(change_of(rest, head, on_skin, fit.expression))
+        made = filled(made, head, on_skin, presence(head, fit.expression))
         facing = skin.facing.reshape(-1)[on_skin.index]
         made = closed_lips(made, facing, head, neutral, on_skin, landmarks.points)
         texture[on_skin.index] = made
