@@ -29,8 +29,8 @@ def test_a_line_is_filled(head, face):
     assert 0.3 < texel < 0.7  # mm: a face of 200 mm on some 400 texels
     core = rows[(away[rows] < 0.4) & (weight > 0.99)]
     assert len(core) > 20
-    # Its middle was a third darker; of so narrow a line the blur leaves a fifth.
-    assert_allclose(made[core], np.tile(SKIN, (len(core), 1)), rtol=0.08)
+    # Its middle was a third darker; of so narrow a line the blur leaves a quarter.
+    assert_allclose(made[core], np.tile(SKIN, (len(core), 1)), rtol=0.1)
     assert (made >= SKIN * np.exp(-dark) - 1e-6).all()
 
 
