@@ -1,8 +1,8 @@
 """The lines beside nose and mouth of a smile, filled: a person's own, beyond what smiles do on average.
 
 A fold that a smile cuts is a dark valley in the texture, narrower than what else is dark there. It is
-filled to the darker of its two sides (a morphological closing of the logarithm of luminance), from the
-wing of the nose past the corner of the mouth, as far as the mouth moved.
+filled to the darker of its two sides (a morphological closing of the logarithm of colour), from the wing
+of the nose past the corner of the mouth, as far as the mouth moved.
 
 References:
     Batool and Chellappa, "Detection and inpainting of facial wrinkles using texture orientation
@@ -13,7 +13,6 @@ import cv2
 import numpy as np
 
 from bakery import landmarks as marks
-from bakery.geometry.color import LUMA
 from bakery.geometry.curve import nearest_on
 from bakery.geometry.fill import smoothstep
 from bakery.heads.base import HeadModel
@@ -43,9 +42,9 @@ def filled(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) ->
     pad = 4 * round(RADIUS / texel)
     top, left = max(int(y.min()) - pad, 0), max(int(x.min()) - pad, 0)
     window = np.s_[top : int(y.max()) + pad, left : int(x.max()) + pad]
-    light = np.log(np.maximum(colors @ LUMA, DARK)).astype(np.float32)
-    light = on_skin.paint(light)[window]
-    skin = on_skin.paint(np.ones(len(colors), np.float32))[window]
+    # Each channel by itself: what lies in a fold is redder than the skin beside it.
+    light = on_skin.paint(np.log(np.maximum(colors, DARK)).astype(np.float32))[window]
+    skin = on_skin.paint(np.ones((len(colors), 3), np.float32))[window]
 
     def blur(picture):
         return cv2.GaussianBlur(picture, (0, 0), SOFT / texel)
@@ -58,7 +57,7 @@ def filled(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) ->
     level = blur(cv2.erode(np.where(skin > 0, raised, far), disc))
     lift = np.clip(level - soft, 0, MOST)[y - top, x - left]
     out = colors.copy()
-    out[rows] *= np.exp(share * weight * lift)[:, None]
+    out[rows] *= np.exp(share * weight[:, None] * lift)
     return out
 
 
