@@ -103,7 +103,8 @@ class FittedSubject:
         """The neutral shape [V, 3] mm that this person's expressions bring to another fit's shape."""
         mine = self.neutral.fit
         back = played_back(self.model, fitted_neutral(self.model, mine), mine, fit.expression)
-        return fitted_neutral(self.model, fit) + back
+        theirs: np.ndarray = fitted_neutral(self.model, fit) + back
+        return theirs
 
     def _observation(
         self,
