@@ -104,8 +104,12 @@ class Fit:
     focal_source: str = "default"  # "exif" or "default"
     diagnostics: dict[str, float] = field(default_factory=dict)  # measured numbers, for warnings
     head_sha256: str = ""  # over all numbers of the head model; "" if unknown
+    # [468, 3] mm, head space: takes what the expression left in the neutral head off its landmarks,
+    # and fades as the expression is played (`stages.fit.rest`)
+    rest: np.ndarray = field(default_factory=lambda: np.zeros((468, 3)))
 
     def __post_init__(self) -> None:
+        check_array("Fit.rest", self.rest, (468, 3))
         check_array("Fit.identity", self.identity, (None,))
         check_array("Fit.expression", self.expression, (len(EXPRESSIONS),), low=0, high=1)
         check_array("Fit.gaze", self.gaze, (2,))

@@ -1,6 +1,7 @@
 """Segment and fit over a portrait, and the person that comes of it."""
 
 import logging
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,8 +18,10 @@ from bakery.stages import assess
 from bakery.stages.detect import detect_faces
 from bakery.stages.fit import fit, prepare
 from bakery.stages.fit.lids import close_lids
+from bakery.stages.fit.rest import at_rest, load_rest_shape, presence, rest_moves
 from bakery.stages.fit.warp import residual_offsets
 from bakery.stages.segment import Segmentation, segment
+from bakery.stages.texture import TextureOptions
 from bakery.stages.texture.tongue import seat_tongue
 from bakery.types import Fit, Landmarks, Photo
 
@@ -41,7 +44,7 @@ def fit_portrait(
     """Segment the photo, unless that was done, and fit the head.
 
     Raises:
-        FitError: see `stages.fit.fit`.
+        FitError: see `stages.fit.fit`; ModelError: see `rested`.
     """
     options = options or BuildOptions()
     try:
@@ -51,22 +54,50 @@ def fit_portrait(
         found = fit(photo, landmarks, head, options.fit, segmentation.skin)
     except FitError as error:
         raise FitError(f"{path}: {error}") from error
-    return replace(found, head_sha256=head.digest), segmentation
+    (found,) = rested(head, [replace(found, head_sha256=head.digest)], options.texture)
+    return found, segmentation
+
+
+def rested(head: HeadModel, fits: Sequence[Fit], options: TextureOptions) -> list[Fit]:
+    """The fits of one person's photos, and how their neutral head comes to rest (`Fit.rest`).
+
+    Photos that share a neutral head share what is known of it: one that rests leaves nothing to
+    take off. Nothing is known of other heads than the one that the basis was learned with.
+
+    Raises:
+        ModelError: the basis is missing or damaged.
+    """
+    if options.neutral == "keep":
+        return list(fits)
+    basis = load_rest_shape()
+    if head.name != basis.head:
+        return list(fits)
+    sure = [presence(head, fit.expression) for fit in fits]
+    return [
+        replace(fit, rest=min(sure) * rest_moves(basis, fit.expression, fit.residual))
+        for fit in fits
+    ]
 
 
 def fitted_neutral(head: HeadModel, fit: Fit) -> np.ndarray:
-    """The neutral shape [V, 3] mm of a fit, with its residual warp."""
+    """The neutral shape [V, 3] mm that was fitted, with its residual warp, not yet at rest."""
     return head.neutral(fit.identity, residual_offsets(head, fit.residual))
 
 
+def resting_head(head: HeadModel, fit: Fit) -> tuple[HeadModel, np.ndarray]:
+    """The head whose lids close on this person's eyes, and its neutral shape [V, 3] mm, at rest."""
+    head, neutral = at_rest(head, fitted_neutral(head, fit), fit)
+    return close_lids(head, neutral), neutral
+
+
 def own_head(head: HeadModel, fit: Fit) -> tuple[HeadModel, np.ndarray]:
-    """The head as this person has it, and its neutral shape [V, 3].
+    """The head as this person has it, and its neutral shape [V, 3], at rest.
 
     Its lids close on the eyes, its tongue makes room for itself, and lashes and tear lines stand
     behind the vertices of `head`.
     """
-    neutral = fitted_neutral(head, fit)
-    return with_lashes(seat_tongue(close_lids(head, neutral), neutral), neutral)
+    head, neutral = resting_head(head, fit)
+    return with_lashes(seat_tongue(head, neutral), neutral)
 
 
 def check_head(where: Path | str, fit: Fit, head: HeadModel) -> None:
@@ -103,7 +134,7 @@ def made_from(photo: Photo, landmarks: Landmarks, fit: Fit, head: HeadModel) -> 
     table = record.fit_to_table(fit)
     parts = [table[name] for name in ("camera", "identity", "expression", "gaze", "light")]
     points = np.round(landmarks.points, 3).tolist()
-    return key_of(photo.sha256, points, parts, table["residual"], head.digest)
+    return key_of(photo.sha256, points, parts, table["residual"], table.get("rest"), head.digest)
 
 
 def examine(

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery.bake.fitting import fitted_neutral
+from bakery.bake.fitting import fitted_neutral, rested
+from bakery.bake.options import BuildOptions
 from bakery.errors import FitError, InputError
 from bakery.heads.base import HeadModel
 from bakery.landmarks import FACE, face_size
-from bakery.stages.fit import Face, FitOptions, fit, fit_together, prepare
+from bakery.stages.fit import Face, fit, fit_together, prepare
 from bakery.types import Fit, Photo
 
 log = logging.getLogger(__name__)
@@ -36,7 +37,7 @@ def check_photos(paths: Sequence[Path], photos: Sequence[Photo]) -> None:
 
 
 def fit_person(
-    paths: Sequence[Path], faces: Sequence[Face], head: HeadModel, options: FitOptions
+    paths: Sequence[Path], faces: Sequence[Face], head: HeadModel, options: BuildOptions
 ) -> list[Fit]:
     """The fits of several photos of one person, with one identity and warp; warns of two people.
 
@@ -44,14 +45,15 @@ def fit_person(
         paths: what messages call the photos.
 
     Raises:
-        FitError: a photo cannot be fitted; InputError: a photo is given twice.
+        FitError: a photo cannot be fitted; InputError: a photo is given twice; ModelError: see
+            `rested`.
     """
     check_photos(paths, [face.photo for face in faces])
-    prepare(head, options)
+    prepare(head, options.fit)
     alone = []
     for path, face in zip(paths, faces):
         try:
-            by_points = replace(options, photometric=False)
+            by_points = replace(options.fit, photometric=False)
             alone.append(fit(face.photo, face.landmarks, head, by_points))
         except FitError as error:
             raise FitError(f"{path}: {error}") from error
@@ -63,8 +65,9 @@ def fit_person(
                 "by %.3f at most; if these are two people, bake each alone",
                 first, second, apart, UNLIKE,
             )  # fmt: skip
-    together = fit_together(faces, head, options)
-    return [replace(found, head_sha256=head.digest) for found in together]
+    together = fit_together(faces, head, options.fit)
+    known = [replace(found, head_sha256=head.digest) for found in together]
+    return rested(head, known, options.texture)
 
 
 def distance(head: HeadModel, one: Fit, two: Fit) -> float:

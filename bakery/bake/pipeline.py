@@ -161,7 +161,8 @@ def find_portrait(request: Request, head: HeadModel, work: Work | None, show: Pr
     ]
     show("fit", 1, 4)
     labelled_by = asdict(options.segment), made_by(options.segment)
-    key = key_of(*(key for _, key in found), head.digest, asdict(options.fit), labelled_by)
+    of_fit = asdict(options.fit), options.texture.neutral
+    key = key_of(*(key for _, key in found), head.digest, of_fit, labelled_by)
     faces = [Found(photo, landmarks) for photo, (landmarks, _) in zip(photos, found)]
     fits = _fitted(request, head, faces, segmentations, key, work)
     views = [
@@ -223,7 +224,7 @@ def _fitted(
                 Face(face.photo, face.landmarks, segmentation.skin)
                 for face, segmentation in zip(faces, segmentations)
             ]
-            fits = fit_person((request.photo, *request.others), seen, head, request.options.fit)
+            fits = fit_person((request.photo, *request.others), seen, head, request.options)
         else:
             given = request.photo, faces[0].photo, faces[0].landmarks
             fits = [fit_portrait(*given, head, request.options, segmentations[0])[0]]

@@ -6,7 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from bakery.bake.fitting import fit_portrait, fitted_neutral
+from bakery.bake.fitting import fit_portrait, fitted_neutral, resting_head
 from bakery.bake.options import BuildOptions
 from bakery.formats.image import read_photo
 from bakery.generators.channels import NONE, Channels, condition_channels, shrunk_channels
@@ -14,7 +14,7 @@ from bakery.geometry.fill import smoothstep
 from bakery.heads.base import PARTS, HeadModel
 from bakery.stages.condition import SIZE, condition, finer
 from bakery.stages.face_frame import cut, face_frame
-from bakery.stages.fit.lids import close_lids
+from bakery.stages.fit.rest import played_back
 from bakery.stages.segment import HAIR, Segmentation
 from bakery.stages.texture.hair import mattes_of
 from bakery.stages.texture.neutral import prepare
@@ -69,8 +69,7 @@ class FittedSubject:
         self.options, self.size, self.model = options or BuildOptions(), size, head
         photo = photo or read_photo(path)
         fit, segmentation = fit_portrait(path, photo, landmarks, head, self.options)
-        neutral = fitted_neutral(head, fit)
-        self.head = close_lids(head, neutral)  # lashes are the player's, no generator draws them
+        self.head, neutral = resting_head(head, fit)  # no generator draws lashes
         mattes = mattes_of(photo.encoded, segmentation, landmarks.points)
         resolution = self.options.texture.resolution
         prepared = prepare(
@@ -96,9 +95,16 @@ class FittedSubject:
         fit, segmentation = fit_portrait(path, photo, landmarks, self.model, self.options)
         driven, own = (
             self._observation(photo, landmarks.points, fit, segmentation, neutral)
-            for neutral in (self.shape, fitted_neutral(self.model, fit))
+            for neutral in (self.shape, self.own_shape(fit))
         )
         return driven, own
+
+    def own_shape(self, fit: Fit) -> np.ndarray:
+        """The neutral shape [V, 3] mm that this person's expressions bring to another fit's shape."""
+        mine = self.neutral.fit
+        back = played_back(self.model, fitted_neutral(self.model, mine), mine, fit.expression)
+        theirs: np.ndarray = fitted_neutral(self.model, fit) + back
+        return theirs
 
     def _observation(
         self,

@@ -77,7 +77,7 @@ def fit(
     seen = [
         replace(one, skin=segment_portrait(one.photo, one.landmarks, chosen).skin) for one in seen
     ]
-    fits = fit_person(photos, seen, model, chosen.fit)
+    fits = fit_person(photos, seen, model, chosen)
     lead = leading(fits)
     by_photo = {photo: (fitted, one) for photo, fitted, one in zip(photos, fits, seen)}
     into_one = options.is_file(output)

@@ -82,7 +82,7 @@ resolution = click.option(
 )  # fmt: skip
 neutral = click.option(
     "--neutral", type=click.Choice(["rest", "keep"]), **_sets("neutral"),
-    help="Take the photo's expression out of the neutral skin (rest), or keep it.",
+    help="Take the photo's expression out of the neutral skin and shape (rest), or keep it.",
 )  # fmt: skip
 completion = click.option(
     "--complete", type=click.Choice(["none", "mirror", "quick"]), **_sets("complete"),

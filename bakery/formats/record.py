@@ -178,6 +178,8 @@ def fit_to_table(fit: Fit, photo: Photo | None = None) -> dict[str, object]:
         "focal_source": fit.focal_source,
         "diagnostics": fit.diagnostics,
     }
+    if fit.rest.any():
+        table["rest"] = numbers(fit.rest)
     if photo is not None:
         table["photo"] = {"sha256": photo.sha256, "notes": list(photo.notes)}
     return table
@@ -208,6 +210,7 @@ def fit_from_table(name: object, table: Mapping[str, Any]) -> Fit:
             focal_source=str(table.get("focal_source", "default")),
             diagnostics=dict(table.get("diagnostics", {})),
             head_sha256=str(table.get("head_sha256", "")),
+            rest=np.array(table.get("rest", np.zeros((468, 3))), np.float64),
         )
 
 

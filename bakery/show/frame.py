@@ -25,6 +25,8 @@ from bakery.runtime.framing import head_camera
 from bakery.runtime.render import draw, over_gray, over_photo, portrait_at
 from bakery.stages.condition import face_camera
 from bakery.stages.fit.gaze import LIMIT
+from bakery.stages.fit.rest import played_back
+from bakery.stages.fit.warp import residual_offsets
 from bakery.types import EXPRESSIONS, Fit
 
 SIZE = 512  # pixels
@@ -226,7 +228,7 @@ def draw_scene(avatar: Avatar, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
         raise InputError("--background photo: the bundle keeps none; build it with --keep-photo")
     camera = _camera(avatar, scene)
     gaze = scene.gaze if scene.gaze is not None else gaze_of(scene.expression).mean(0)
-    neutral = neutral_for(avatar.head, avatar.neutral, avatar.fit.head, scene.fit)
+    neutral = neutral_for(avatar.head, avatar.neutral, avatar.fit, scene.fit, scene.expression)
     vertices = avatar.head.vertices(neutral, scene.expression, gaze)
     frame = draw(avatar, vertices, camera, scene.expression, gaze, scene.dynamic, scene.hair)
     face = np.minimum(frame.alpha, frame.face)
@@ -252,7 +254,7 @@ def _clear(frame):
     return np.dstack([color, np.where(hole, 1, frame.alpha)])
 
 
-def neutral_for(head, neutral, name, fit):
+def neutral_for(head, neutral, mine, fit, expression):
     """The neutral shape [V, 3] mm to deform for a fit of another photo.
 
     Blendshapes never explain a smile to the last millimetre; the fit's own warp does. It belongs to
@@ -260,23 +262,27 @@ def neutral_for(head, neutral, name, fit):
     not at all above ALIKE[0]: then only expression and camera are taken, as from a driver.
 
     Args:
-        head: HeadModel; neutral: [V, 3] mm, the person's own; name: of the head model.
-        fit: Fit of the other photo, or None.
+        head: HeadModel; neutral: [V, 3] mm, the person's own; mine: their Fit.
+        fit: Fit of the other photo, or None; expression: [E] weights that it will be deformed by.
     """
-    if fit is None or fit.head != name:
+    if fit is None or fit.head != mine.head:
         return neutral
     try:
-        theirs = fitted_neutral(load_head(fit.head), fit)
+        plain = load_head(fit.head)
+        theirs = fitted_neutral(plain, fit)
+        resting = theirs + residual_offsets(plain, fit.rest)
+        back = played_back(plain, fitted_neutral(plain, mine), mine, expression)
     except (InputError, ModelError):  # a head that was given by its path, or is not installed here
         return neutral
     if len(theirs) not in (len(neutral), own_vertices(head)):
         return neutral
-    own, other = (head.landmarks(shape)[:468] for shape in (neutral, theirs))
+    own, other = (head.landmarks(shape)[:468] for shape in (neutral, resting))
     own, other = own - own.mean(0), other - other.mean(0)
     size = face_size(own)
     apart = np.sqrt(((own - other) ** 2).sum(1).mean()) / size
     share = smoothstep(*ALIKE, apart)
-    return carried(neutral, np.float32(share) * (theirs - neutral[: len(theirs)]))
+    # The avatar's expressions carry what was taken off its own neutral shape: not so theirs.
+    return carried(neutral, np.float32(share) * (theirs + back - neutral[: len(theirs)]))
 
 
 def _camera(avatar, scene):

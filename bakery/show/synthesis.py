@@ -88,7 +88,9 @@ def paint(fitted, target, generator, hair=True):
         it. The hair layer is no part of that: it carries skin too, beside the hair.
     """
     own = fitted.neutral.fit
-    neutral = frames.neutral_for(fitted.head, fitted.subject.neutral, own.head, target.fit)
+    neutral = frames.neutral_for(
+        fitted.head, fitted.subject.neutral, own, target.fit, target.expression
+    )
     if target.fit is None:
         frame = face_camera(own, fitted.head, neutral, *target.view)
         camera = finer(frame)

@@ -81,13 +81,19 @@ def on_chart(texture, trust, expression, head, options=DEFAULTS) -> Unwrapped:
     return Unwrapped(color, shown, np.asarray(expression, np.float32))
 
 
-def unwrapped_pairs(portraits, head, options=DEFAULTS) -> Iterator[tuple[Unwrapped, Unwrapped]]:
-    """The neutral and the smiling photo of each person of london/train."""
+def resting_pairs(portraits) -> Iterator[tuple[tuple[Path, np.ndarray], tuple[Path, np.ndarray]]]:
+    """The neutral and the smiling photo of each person of london/train, with their points [478, 2]."""
     smiles = reference_points(portraits, TRAINING, "smiling")
     for path, points in sorted(reference_points(portraits, TRAINING, "neutral").items()):
         other = path.with_name(path.name.replace("neutral", "smiling"))
         if other in smiles:
-            yield unwrap(path, points, head, options), unwrap(other, smiles[other], head, options)
+            yield (path, points), (other, smiles[other])
+
+
+def unwrapped_pairs(portraits, head, options=DEFAULTS) -> Iterator[tuple[Unwrapped, Unwrapped]]:
+    """Both photos of each person on the chart."""
+    for rest, smile in resting_pairs(portraits):
+        yield unwrap(*rest, head, options), unwrap(*smile, head, options)
 
 
 def mirrored_weights() -> np.ndarray:

@@ -1,6 +1,7 @@
 """JSON and npz records: the same comes back, foreign files are refused in one line."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -36,11 +37,21 @@ def test_fit_comes_back(fit):
     assert list(table["expression"]) == list(EXPRESSIONS)
     assert np.shape(table["light"]) == (9, 3) and len(table["landmarks_projected"]) == 478
     back = record.fit_from_table("fit", table)
-    for name in ("identity", "gaze", "light", "residual"):
+    for name in ("identity", "gaze", "light", "residual", "rest"):
         assert (getattr(back, name) == getattr(fit, name)).all(), name
     assert (back.expression.astype(np.float32) == fit.expression).all()
     assert (back.camera.rotation == fit.camera.rotation).all()
     assert record.dump(record.fit_to_table(back)) == record.dump(record.fit_to_table(fit))
+
+
+def test_how_a_head_comes_to_rest_is_told_of_an_expression_alone(fit):
+    assert "rest" not in record.fit_to_table(fit)
+    moved = replace(fit, rest=np.random.default_rng(3).normal(size=(468, 3)))
+    table = record.parse("fit", record.dump(record.fit_to_table(moved)))
+    assert (record.fit_from_table("fit", table).rest == moved.rest).all()
+    table["rest"] = table["rest"][:5]
+    with pytest.raises(InputError, match="rest"):
+        record.fit_from_table("fit", table)
 
 
 def test_faces_come_back(tmp_path):

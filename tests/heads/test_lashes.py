@@ -147,8 +147,8 @@ def test_another_photo_of_the_person_warps_a_head_with_lashes(head):
         head.name, camera, identity, np.zeros(52), np.zeros(2), np.zeros((9, 3)), np.zeros(1),
         residual, np.zeros((478, 2)),
     )  # fmt: skip
-    found = frames.neutral_for(own, neutral, head.name, fit)
+    found = frames.neutral_for(own, neutral, fit, fit, fit.expression)
     lift = (own.landmarks(found) - own.landmarks(neutral))[13]
     assert_allclose(lift, [0, 1, 0], atol=0.15)  # as far as the warp is smooth
     elsewhere = replace(fit, head="nowhere to be found")  # as a head that was given by its path
-    assert frames.neutral_for(own, neutral, elsewhere.head, elsewhere) is neutral
+    assert frames.neutral_for(own, neutral, elsewhere, elsewhere, fit.expression) is neutral

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bakery import landmarks as marks
+from bakery.bake.options import BuildOptions
 from bakery.bake.person import distance, fit_person, leading
 from bakery.errors import InputError
 from bakery.evaluate import together
@@ -22,6 +23,7 @@ from bakery.types import Camera, Photo
 
 SIZE = 800
 BY_POINTS = FitOptions(photometric=False)
+BAKING = BuildOptions(fit=BY_POINTS)
 SMILE = {"mouthSmileLeft": 0.6, "mouthSmileRight": 0.6, "jawOpen": 0.1}
 
 
@@ -127,16 +129,16 @@ def test_what_an_expression_moved_far_is_believed_less():
 def test_one_photo_twice_is_refused(head):
     one = face(head, neutral_of(head, 0), name="same")
     with pytest.raises(InputError, match="a.jpg and b.jpg: the same photo twice"):
-        fit_person(["a.jpg", "b.jpg"], [one, one], head, BY_POINTS)
+        fit_person(["a.jpg", "b.jpg"], [one, one], head, BAKING)
 
 
 def test_two_people_are_told_of(head, caplog):
     first = face(head, neutral_of(head, 0), name="1")
     second = face(head, neutral_of(head, 0), SMILE, yaw=10, name="2")
     other = face(head, neutral_of(head, 8, bend=2.5), name="3")
-    fits = fit_person(["a.jpg", "b.jpg"], [first, second], head, BY_POINTS)
+    fits = fit_person(["a.jpg", "b.jpg"], [first, second], head, BAKING)
     assert not caplog.records and fits[0].head_sha256 == head.digest
-    fit_person(["a.jpg", "c.jpg"], [first, other], head, BY_POINTS)
+    fit_person(["a.jpg", "c.jpg"], [first, other], head, BAKING)
     assert "a.jpg and c.jpg: their heads differ" in caplog.text
     assert distance(head, fits[0], fits[1]) == 0
 

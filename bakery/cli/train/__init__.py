@@ -94,6 +94,21 @@ def skin(portraits, output, commit, head, overwrite):
     _write_basis(training, make, output, commit, overwrite)
 
 
+@train.command("rest-shape", cls=options.Command)
+@learned
+def rest_shape(portraits, output, commit, head, overwrite):
+    """Learn what smiles leave in the neutral head from london/train of PORTRAITS, with its card."""
+    from bakery.heads.file import load_head
+    from bakery.train import rest_shape as training
+
+    def make():
+        model = load_head(head)
+        known = training.pairs(list(training.fitted_pairs(portraits, model)), model)
+        return training.learn(known, model), training.left_out_error(known, model)
+
+    _write_basis(training, make, output, commit, overwrite)
+
+
 @train.command("mouths", cls=options.Command)
 @click.option("-o", "--output", required=True, type=folder, help="JSON to write.")
 @click.option("--count", default=300, show_default=True, type=click.IntRange(1, 300))

@@ -30,5 +30,5 @@ class TextureOptions(Settings):
         choices=("remove", "keep"),
     )  # fmt: skip
     neutral: str = setting(
-        "rest", "neutral skin of a photo with an expression", choices=("rest", "keep")
+        "rest", "neutral skin and shape of a photo with an expression", choices=("rest", "keep")
     )

@@ -15,7 +15,9 @@ from bakery.landmarks import FACE
 from bakery.stages.atlas import Atlas, Visibility, make_atlas, make_view, visibility_of
 from bakery.stages.condition import condition
 from bakery.stages.face_frame import head_photo
+from bakery.stages.fit.rest import presence
 from bakery.stages.texture.complete import INFERRED, PAINTED, complete
+from bakery.stages.texture.creases import filled
 from bakery.stages.texture.eyes import eye_maps, paint_eyes
 from bakery.stages.texture.glasses import frame_layer, laid_over
 from bakery.stages.texture.hair import Mattes, hair_layer
@@ -23,10 +25,12 @@ from bakery.stages.texture.interior import paint_interior
 from bakery.stages.texture.lashes import lay_lashes
 from bakery.stages.texture.lids import lid_skin
 from bakery.stages.texture.rest import RestBasis, change_of
+from bakery.stages.texture.seam import closed_lips
 from bakery.stages.texture.unwrap import PartialAlbedo, unwrap_albedo
 from bakery.types import Fit, Landmarks, Photo
 
 CHANGED = 0.1  # log ratio from which skin no longer counts as observed
+DARK = 1e-3  # linear; below it no ratio is told
 
 
 @dataclass(frozen=True)
@@ -124,9 +128,14 @@ def prepare(
     texture = view.partial.lit(skin.albedo).reshape(-1, 3)
     source = skin.source.reshape(-1)
     if rest is not None:
-        change = change_of(rest, head, on_skin, fit.expression)
-        texture[on_skin.index] *= np.exp(change)
-        source[on_skin.index[np.abs(change).max(1) > CHANGED]] = INFERRED
+        seen = texture[on_skin.index]
+        made = seen * np.exp(change_of(rest, head, on_skin, fit.expression))
+        made = filled(made, head, on_skin, presence(head, fit.expression))
+        facing = view.partial.seen.reshape(-1)[on_skin.index]
+        made = closed_lips(made, facing, head, neutral, on_skin, landmarks.points)
+        texture[on_skin.index] = made
+        change = np.abs(np.log(np.maximum(made, DARK) / np.maximum(seen, DARK))).max(1)
+        source[on_skin.index[change > CHANGED]] = INFERRED
     sclera = eyes.ball[:, 128, :].reshape(-1, 3)  # the horizontal meridian of both balls
     white = np.percentile(sclera, 75, axis=0)
     for rows, colors in (

@@ -1,0 +1,179 @@
+"""The shape of a face at rest, of a photo with an expression.
+
+What blendshapes miss of a smile ends in identity and warp, and so in the neutral head: wide or curled
+lips, lifted cheeks. How far its landmarks lie from those of the resting face was learned from pairs of
+photos (`train.rest_shape`), as a linear function of the expression weights and the residual warp that
+fades in as the lips move; a face without expression is not changed.
+
+What is taken off the neutral head goes to the expressions that the photo shows, so that the avatar that
+plays them comes back to the photo.
+
+References:
+    Li, Weise and Pauly, "Example-based facial rigging", SIGGRAPH 2010: a person's own blendshapes.
+"""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from bakery import landmarks as marks
+from bakery.errors import ModelError
+from bakery.geometry.fill import smoothstep
+from bakery.heads.base import HeadModel
+from bakery.paths import ASSETS
+from bakery.stages.fit.warp import residual_offsets
+from bakery.types import EXPRESSIONS, Fit
+
+FILE = ASSETS / "rest" / "shape.safetensors"
+# Expressions that a mouth at rest does not show. Pucker, press and shrug are not among them: in the
+# fit of a resting face they stand for the shape of the lips.
+OPENING = (
+    "jawOpen mouthSmile mouthLowerDown mouthUpperUp mouthDimple mouthStretch mouthFunnel cheekSquint"
+).split()
+ACTIVE = np.array([k for k, name in enumerate(EXPRESSIONS) if name.startswith(tuple(OPENING))])
+# mm, root mean square motion of the lips by these: 94% of the resting photos of london/train lie below 1.5,
+# 75% of the smiling ones above 2.
+RESTING, MOVING = 1.5, 3.0
+MOST = 4.0  # mm; nobody's smile leaves more in the neutral head
+MIDDLE = (
+    8.0  # mm to either side of the face's middle, over which an expression of one side fades out
+)
+OTHER_SIDE = 0.15  # what it keeps of the other side, so that every correction belongs to something
+
+
+@dataclass(frozen=True, eq=False)
+class RestShape:
+    """What the expressions of one head model leave in neutral landmarks: K modes, E expressions."""
+
+    head: str  # its name; what other heads leave is not known
+    modes: np.ndarray  # [K, 468, 3] float32 mm
+    constant: np.ndarray  # [K] float32, amount of each mode in any face that moves its lips
+    response: np.ndarray  # [E, K] float32, a unit of expression weight
+    by_residual: np.ndarray  # [468, 3, K] float32, a mm of the residual warp
+
+
+ARRAYS = ("modes", "constant", "response", "by_residual")
+
+
+@lru_cache(maxsize=4)
+def load_rest_shape(path: Path = FILE) -> RestShape:
+    """Read a RestShape.
+
+    Raises:
+        ModelError: the file is missing or damaged.
+    """
+    from safetensors import SafetensorError, safe_open
+
+    try:
+        with safe_open(path, "numpy") as file:
+            arrays = [file.get_tensor(name).astype(np.float32) for name in ARRAYS]
+            basis = RestShape(str((file.metadata() or {})["head"]), *arrays)
+        count = len(basis.constant)
+        if basis.modes.shape != (count, marks.FACE, 3):
+            raise ValueError(f"modes of shape {list(basis.modes.shape)}")
+        if basis.response.shape != (len(EXPRESSIONS), count):
+            raise ValueError(f"response of shape {list(basis.response.shape)}")
+        if basis.by_residual.shape != (marks.FACE, 3, count):
+            raise ValueError(f"by_residual of shape {list(basis.by_residual.shape)}")
+        return basis
+    except (OSError, SafetensorError, KeyError, ValueError) as error:
+        raise ModelError(
+            f"resting shape {path} cannot be read ({error}); reinstall bakery, or keep the "
+            "expression: --set texture.neutral=keep"
+        ) from error
+
+
+def presence(head: HeadModel, expression: np.ndarray) -> float:
+    """How surely the mouth is not at rest, 0..1, by how far its weights [E] move the lips."""
+    corners = head.landmark_vertices[marks.LIPS]
+    weight = head.landmark_barycentric[marks.LIPS]
+    moved = np.tensordot(
+        np.asarray(expression)[ACTIVE], head.expression_basis[ACTIVE][:, corners], 1
+    )
+    moved = np.einsum("lkc,lk->lc", moved, weight)
+    return float(smoothstep(RESTING, MOVING, np.sqrt((moved**2).sum(1).mean())))
+
+
+def rest_moves(basis: RestShape, expression: np.ndarray, residual: np.ndarray) -> np.ndarray:
+    """How the landmarks of the neutral head of a moved mouth come to rest: [468, 3] mm.
+
+    It counts as far as the mouth moved, see `presence`.
+
+    Args:
+        expression: [E] weights of the fit; residual: [468, 3] mm, its residual warp.
+    """
+    amounts = basis.constant + np.asarray(expression, np.float32) @ basis.response
+    amounts = amounts + np.tensordot(np.asarray(residual, np.float32), basis.by_residual, 2)
+    moves: np.ndarray = np.tensordot(amounts, basis.modes, 1).astype(np.float64)
+    length = np.linalg.norm(moves, axis=1).max()
+    return min(1.0, MOST / max(length, 1e-9)) * moves
+
+
+def at_rest(head: HeadModel, neutral: np.ndarray, fit: Fit) -> tuple[HeadModel, np.ndarray]:
+    """The head whose neutral shape is at rest (`Fit.rest`), and that shape.
+
+    Its expressions take up what the neutral shape loses: played with the photo's own weights, the
+    head has the same shape as before.
+
+    Args:
+        head: HeadModel; neutral: [V, 3] mm, the fitted neutral shape.
+
+    Returns:
+        HeadModel with its own expression_basis, the one given if nothing is to be taken off;
+        [V, 3] mm.
+    """
+    if not fit.rest.any():
+        return head, neutral
+    offsets = residual_offsets(head, fit.rest)
+    basis = head.expression_basis.copy()
+    for shape, part in zip(ACTIVE, _parts(fit.expression, neutral[:, 0])):
+        basis[shape] -= part[:, None] * offsets
+    return replace(head, expression_basis=basis), (neutral + offsets).astype(neutral.dtype)
+
+
+def played_back(
+    head: HeadModel, neutral: np.ndarray, fit: Fit, expression: np.ndarray
+) -> np.ndarray:
+    """What expressions of the head `at_rest` put back of what was taken off, negated: [V, 3] mm.
+
+    Added to a neutral shape that is not this person's, it leaves the head's plain expressions.
+
+    Args:
+        head: HeadModel, as fitted; neutral: [V, 3] mm, its fitted neutral shape; fit: its Fit.
+        expression: [E] weights that are played.
+    """
+    if not fit.rest.any():
+        return np.zeros(neutral.shape, np.float32)
+    parts = _parts(fit.expression, neutral[:, 0])
+    share = np.tensordot(np.asarray(expression)[ACTIVE], parts, 1)
+    return (share[:, None] * residual_offsets(head, fit.rest)).astype(np.float32)
+
+
+def _parts(expression, across):
+    """Share [len(ACTIVE), V] of a vertex's correction that each expression undoes a unit of weight.
+
+    By weight, as regression of one example has it; those of one side mostly on their side. Played
+    with the photo's weights they add up to 1.
+
+    Args:
+        expression: [E] weights of the fit; across: [V] mm, to the subject's left.
+    """
+    sides = np.stack(
+        [
+            OTHER_SIDE
+            + (1 - OTHER_SIDE) * smoothstep(-MIDDLE, MIDDLE, across * _side(EXPRESSIONS[shape]))
+            if _side(EXPRESSIONS[shape])
+            else np.ones(len(across))
+            for shape in ACTIVE
+        ]
+    )
+    weights = np.asarray(expression, np.float64)[ACTIVE, None]
+    total = (weights**2 * sides).sum(0)
+    return weights * sides / np.maximum(total, 1e-12)
+
+
+def _side(name):
+    """1 for an expression of the subject's left, -1 of the right, 0 of both."""
+    return 1 if name.endswith("Left") else -1 if name.endswith("Right") else 0

@@ -1,0 +1,173 @@
+"""A neutral head at rest: nothing of a resting face, what is known of a smile, and all back when played."""
+
+import hashlib
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from bakery import landmarks as marks
+from bakery.bake.fitting import fitted_neutral, own_head, rested, resting_head
+from bakery.errors import ModelError
+from bakery.heads.base import weights
+from bakery.stages.fit import rest
+from bakery.stages.fit.warp import residual_offsets
+from bakery.stages.texture import TextureOptions
+from bakery.train.rest import mirrored_weights
+from bakery.train.rest_shape import mirrored_landmarks
+from bakery.types import EXPRESSIONS, Camera, Fit
+
+SMILE = weights({"mouthSmileLeft": 0.7, "mouthSmileRight": 0.6, "jawOpen": 0.1})
+# What fits of resting faces have: brows, eyes, and what stands for the shape of the lips.
+STILL = weights(
+    {"browInnerUp": 0.6, "mouthPucker": 0.5, "mouthPressLeft": 0.4, "eyeBlinkLeft": 0.2}
+)
+
+
+@pytest.fixture()
+def fit(head):
+    """A smiling person whom the model does not hold exactly."""
+    rng = np.random.default_rng(0)
+    camera = Camera(900.0, np.zeros(2), np.zeros(3), np.array([0, 0, -700.0]), 64, 64)
+    return Fit(
+        head.name, camera, rng.normal(size=40), SMILE, np.zeros(2), np.zeros((9, 3)), np.zeros(1),
+        rng.normal(size=(marks.FACE, 3)) * 0.3, np.zeros((478, 2)),
+    )  # fmt: skip
+
+
+@pytest.fixture()
+def basis():
+    """One mode, whatever the residual: the mouth's corners rise, a millimetre a unit of jawOpen."""
+    modes = np.zeros((1, marks.FACE, 3), np.float32)
+    modes[0, marks.MOUTH_CORNERS, 1] = 1
+    response = weights({"jawOpen": 1})[:, None]
+    nothing = np.zeros((marks.FACE, 3, 1), np.float32)
+    return rest.RestShape("makehuman", modes, np.zeros(1, np.float32), response, nothing)
+
+
+def test_a_resting_face_is_left_alone(head, fit):
+    for still in (np.zeros(len(EXPRESSIONS)), STILL):
+        assert rest.presence(head, still) == 0
+        (found,) = rested(head, [replace(fit, expression=still)], TextureOptions())
+        assert not found.rest.any()
+        same, neutral = rest.at_rest(head, fitted_neutral(head, found), found)
+        assert same is head
+        assert_array_equal(neutral, fitted_neutral(head, found))
+
+
+def test_presence_grows_with_what_the_lips_do(head):
+    found = [rest.presence(head, share * SMILE) for share in (0.0, 0.2, 0.5, 0.8, 1.4)]
+    assert found == sorted(found) and found[0] == 0 and found[-1] == 1
+
+
+def test_keep_keeps(head, fit):
+    assert rested(head, [fit], TextureOptions(neutral="keep")) == [fit]
+    (found,) = rested(head, [fit], TextureOptions())
+    assert np.abs(found.rest).max() > 0.3  # mm: the shipped basis has something to say of a smile
+
+
+def test_other_heads_are_left_as_fitted(head, fit):
+    other = replace(head, name="another")
+    assert rested(other, [fit], TextureOptions()) == [fit]
+
+
+def test_a_known_basis(head, basis, fit):
+    moves = rest.rest_moves(basis, weights({"jawOpen": 0.5}), fit.residual)
+    assert_allclose(moves[marks.MOUTH_CORNERS], [[0, 0.5, 0]] * 2)
+    assert np.count_nonzero(moves) == 2
+    far = rest.rest_moves(basis, weights({"jawOpen": 1.0}) * 100, fit.residual)
+    assert_allclose(np.linalg.norm(far, axis=1).max(), rest.MOST)
+
+
+def test_played_as_photographed_nothing_is_changed(head, fit):
+    (found,) = rested(head, [fit], TextureOptions())
+    before = head.vertices(fitted_neutral(head, fit), SMILE, (0, 0))
+    own, neutral = rest.at_rest(head, fitted_neutral(head, found), found)
+    after = own.vertices(neutral, SMILE, (0, 0))
+    skin = head.part_vertices("skin")
+    assert_allclose(after[skin], before[skin], atol=1e-4)  # mm, single precision
+    moved = neutral - fitted_neutral(head, fit)
+    assert_allclose(moved, residual_offsets(head, found.rest), atol=1e-5)
+    half = own.vertices(neutral, SMILE / 2, (0, 0)) - head.vertices(
+        fitted_neutral(head, fit), SMILE / 2, (0, 0)
+    )
+    assert_allclose(half[skin], moved[skin] / 2, atol=1e-4)
+
+
+def test_a_smile_of_one_side_gives_back_that_side(head, fit):
+    (found,) = rested(head, [fit], TextureOptions())
+    plain = fitted_neutral(head, found)
+    right, left = marks.MOUTH_CORNERS
+    back = rest.played_back(head, plain, found, weights({"mouthSmileLeft": 0.7}))
+    moved = np.linalg.norm(head.landmarks(residual_offsets(head, found.rest)), axis=1)
+    given = np.linalg.norm(head.landmarks(back), axis=1)
+    assert given[left] > 0.7 * moved[left]
+    assert given[right] < 0.4 * moved[right]
+
+
+def test_another_persons_shape_keeps_plain_expressions(head, fit):
+    """Own expressions on another neutral shape, with what is played back, are those of the model."""
+    (found,) = rested(head, [fit], TextureOptions())
+    plain = fitted_neutral(head, found)
+    own, _ = rest.at_rest(head, plain, found)
+    played = weights({"mouthSmileLeft": 0.3, "jawOpen": 0.5})
+    other = head.neutral(np.full(5, 0.5))
+    back = rest.played_back(head, plain, found, played)
+    skin = head.part_vertices("skin")
+    assert_allclose(
+        own.vertices(other + back, played, (0, 0))[skin],
+        head.vertices(other, played, (0, 0))[skin],
+        atol=1e-4,
+    )
+
+
+def test_the_avatars_head_is_the_resting_one(head, fit):
+    (found,) = rested(head, [fit], TextureOptions())
+    plain, neutral = resting_head(head, found)
+    own, whole = own_head(head, found)
+    assert_array_equal(whole[: len(neutral)], neutral)
+    assert plain.expression_basis.shape == head.expression_basis.shape
+    kept, _ = own_head(head, fit)
+    smile = EXPRESSIONS.index("mouthSmileLeft")
+    assert np.abs(own.expression_basis[smile] - kept.expression_basis[smile]).max() > 0.1
+
+
+def test_one_photo_at_rest_speaks_for_all(head, fit):
+    still = replace(fit, expression=STILL)
+    assert not any(found.rest.any() for found in rested(head, [fit, still], TextureOptions()))
+    both = rested(head, [fit, fit], TextureOptions())
+    (alone,) = rested(head, [fit], TextureOptions())
+    assert_array_equal(both[0].rest, alone.rest)
+
+
+def test_the_shipped_basis_knows_no_side(head, fit):
+    """Of a mirrored photo it says the mirrored."""
+    twin, other = mirrored_weights(), mirrored_landmarks(head)
+    basis = rest.load_rest_shape()
+    moves = rest.rest_moves(basis, fit.expression, fit.residual)
+    flipped = fit.residual[other] * [-1, 1, 1]
+    mirrored = rest.rest_moves(basis, fit.expression[twin], flipped)
+    assert_allclose(mirrored, moves[other] * [-1, 1, 1], atol=0.02)  # mm; kept in half precision
+    still = np.concatenate([*marks.EYES, marks.BROWS])
+    assert not moves[still].any()
+
+
+def test_a_missing_or_damaged_file(tmp_path):
+    path = tmp_path / "shape.safetensors"
+    for content in (None, b"nothing", rest.FILE.with_name("rest.safetensors").read_bytes()):
+        if content:
+            path.write_bytes(content)
+        with pytest.raises(ModelError, match="texture.neutral=keep") as told:
+            rest.load_rest_shape(path)
+        assert "\n" not in str(told.value)
+
+
+def test_the_card_is_of_this_file():
+    card = json.loads(rest.FILE.with_suffix(".json").read_text(encoding="utf-8"))
+    assert card["sha256"] == hashlib.sha256(rest.FILE.read_bytes()).hexdigest()
+    for group in ("lips", "corners"):
+        before, after = card["metrics"][group]
+        assert after < 0.85 * before
+    assert card["metrics"]["resting_lips_moved"] < 0.1

@@ -1,0 +1,57 @@
+"""Lines of a smile are filled; what is wider, elsewhere, or of a mouth at rest is left alone."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from bakery.geometry.curve import nearest_on
+from bakery.stages.atlas import make_atlas
+from bakery.stages.texture import creases
+
+SKIN = np.array([0.45, 0.28, 0.22])
+
+
+@pytest.fixture(scope="module")
+def face(head):
+    """Atlas of skin, each texel's place, and its distance from both lines, mm."""
+    on_skin = make_atlas(head, 512).take("skin")
+    places, points = on_skin.at(head.mean), head.landmarks(head.mean)
+    lines = [nearest_on(places, points[line])[0] for line in creases.LINES]
+    away = np.min([np.linalg.norm(places - line, axis=1) for line in lines], 0)
+    return on_skin, places, away
+
+
+def test_a_line_is_filled(head, face):
+    on_skin, places, away = face
+    dark = 0.4 * np.exp(-((away / 1.2) ** 2))[:, None]
+    made = creases.filled(SKIN * np.exp(-dark), head, on_skin, 1.0)
+    rows, weight, texel = creases._beside(head, on_skin)
+    assert 0.3 < texel < 0.7  # mm: a face of 200 mm on some 400 texels
+    core = rows[(away[rows] < 0.4) & (weight > 0.99)]
+    assert len(core) > 20
+    # Its middle was a third darker; of so narrow a line the blur leaves a quarter.
+    assert_allclose(made[core], np.tile(SKIN, (len(core), 1)), rtol=0.1)
+    assert (made >= SKIN * np.exp(-dark) - 1e-6).all()
+
+
+def test_half_a_smile_fills_half(head, face):
+    on_skin, _, away = face
+    line = SKIN * np.exp(-0.4 * np.exp(-((away / 1.2) ** 2)))[:, None]
+    whole, half = (creases.filled(line, head, on_skin, share) for share in (1.0, 0.5))
+    assert_allclose(np.log(half / line), np.log(whole / line) / 2, atol=1e-5)
+    assert creases.filled(line, head, on_skin, 0.0) is line
+
+
+def test_what_is_no_line_is_left_alone(head, face):
+    on_skin, places, away = face
+    # A shadow over one side of the face, a bright line, and a dark one across the forehead.
+    shadow = np.where(places[:, :1] > 0, 0.6, 1.0) * SKIN
+    made = creases.filled(shadow, head, on_skin, 1.0)
+    inside = np.abs(places[:, 0]) > 12  # its edge lies between both lines
+    assert_allclose(made[inside], shadow[inside], rtol=1e-4)
+    bright = SKIN * (1 + 0.5 * np.exp(-((away / 1.2) ** 2)))[:, None]
+    rows, weight, _ = creases._beside(head, on_skin)
+    crest = rows[(away[rows] < 0.5) & (weight > 0.99)]
+    assert_allclose(creases.filled(bright, head, on_skin, 1.0)[crest], bright[crest], rtol=0.02)
+    forehead = SKIN * np.where(np.abs(places[:, 1] - 30) < 1.5, 0.6, 1.0)[:, None]
+    assert_allclose(creases.filled(forehead, head, on_skin, 1.0), forehead, rtol=1e-6)
