@@ -49,6 +49,20 @@ def shading(normals, light):
     return np.clip(gray, 0.45, 1.5)[:, None] * np.ones(3, np.float32)
 
 
+def photo_shade(fit: Fit, head: HeadModel, vertices: np.ndarray, atlas: Atlas) -> np.ndarray:
+    """`shading` of a photo's light at the texels of an atlas: [N, 3].
+
+    Args:
+        fit: Fit of the photo.
+        vertices: [V, 3] mm, the shape as it stands in the photo.
+    """
+    turn = rotation.matrix(fit.camera.rotation)
+    normals = atlas.at(vertex_normals(vertices, head.faces) @ turn.T)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
+    shade: np.ndarray = shading(normals, fit.light)
+    return shade
+
+
 def rims(points, shape):
     """How near a pixel [H, W] 0..1 is to the edge of a lid or to the line between the lips.
 
@@ -121,10 +135,7 @@ def unwrap_albedo(
     mask = open_lids(mattes.skin, points, mattes.occluder)
     weight *= smoothstep(0.5, 0.95, bilinear(mask, pixels))
     color = np.maximum(bicubic(linear, pixels), 0)
-    turn = rotation.matrix(fit.camera.rotation)
-    normals = atlas.at(vertex_normals(vertices, head.faces) @ turn.T)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
-    shade = shading(normals, fit.light)
+    shade = photo_shade(fit, head, vertices, atlas)
     on_skin = atlas.paint(np.ones(len(pixels), np.float32))
     return PartialAlbedo(
         albedo=atlas.paint(reflectance(color, shade)),
