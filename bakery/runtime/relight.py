@@ -16,6 +16,7 @@ from bakery.stages.texture.unwrap import photo_shade, shading
 from bakery.types import Fragments
 
 LEAST = 0.02  # of a light's mean: second-order harmonics swing below 0 behind a narrow lamp
+DARKEST, BRIGHTEST = 1e-3, 50.0  # of a texel that is divided by, and of what comes of it
 PHOTOGRAPHED = (1, 2)  # codes of coverage.exr by which the exposure is measured
 
 
@@ -24,23 +25,30 @@ class Unlit:
     """What takes the photo's light off an avatar's textures."""
 
     skin: np.ndarray  # [T, T, 3] float32, times a face texture
-    hair: np.ndarray  # [T, T, 1] float32, times the hair layer
+    hair: np.ndarray  # [T, T, 3] float32, times the hair layer
+    white: np.ndarray  # [3] what takes the colour of the photo's light off the rest
     exposure: float  # by which a light of mean 1 gives the face the photo's mean level
 
 
 @once_per_object
 def unlit(avatar: Avatar) -> Unlit:
-    """`Unlit` of an avatar, found once."""
+    """`Unlit` of an avatar, found once; bundles without albedo keep highlights and the light's colour."""
     textures, size = avatar.textures, avatar.textures.neutral.shape[0]
     atlas = make_atlas(avatar.head, size).take("skin")
-    shade = atlas.paint(photo_shade(avatar.fit, avatar.head, posed(avatar), atlas)[:, :1], 1)
+    shade = atlas.paint(photo_shade(avatar.fit, avatar.head, posed(avatar), atlas), 1)
     shade = atlas.fill_gutter(shade.astype(np.float32))
     texture = np.asarray(textures.neutral, np.float32)
-    skin = np.repeat(1 / shade, 3, -1)
-    seen = atlas.paint(np.ones(len(atlas.index), bool)) & np.isin(textures.source, PHOTOGRAPHED)
-    level, bare = texture[seen] @ LUMA, (texture * skin)[seen] @ LUMA
-    exposure = float(level.mean() / max(bare.mean(), 1e-6)) if seen.any() else 1.0
-    return Unlit(skin, 1 / shade, exposure)
+    on_skin = atlas.paint(np.ones(len(atlas.index), bool))
+    seen = on_skin & np.isin(textures.source, PHOTOGRAPHED)
+    skin, white = 1 / shade, np.ones(3, np.float32)
+    if len(textures.albedo):
+        bare = np.asarray(textures.albedo, np.float32) / np.maximum(texture, DARKEST)
+        white = np.median((bare * shade)[seen], 0) if seen.any() else white
+        inside = atlas.fill_gutter(on_skin.astype(np.float32))[..., None] > 0
+        skin = np.where(inside, np.clip(bare, 0, BRIGHTEST), skin * white)
+    level, bare_level = ((texture * gain)[seen] @ LUMA for gain in (np.float32(1), skin))
+    exposure = float(level.mean() / max(bare_level.mean(), 1e-6)) if seen.any() else 1.0
+    return Unlit(skin.astype(np.float32), white / shade, white, exposure)
 
 
 def skin_without(avatar: Avatar, skin: np.ndarray, hair: np.ndarray | None) -> np.ndarray:
@@ -88,7 +96,8 @@ def relit(
     on_skin = head.face_part[face] == PARTS.index("skin")
     now = shine(at(vertex_normals(vertices, head.faces)), light)
     out: np.ndarray = color.copy()
-    out[hit] *= unlit(avatar).exposure * now / np.where(on_skin[:, None], 1, was)
+    bare = unlit(avatar)
+    out[hit] *= bare.exposure * now * np.where(on_skin[:, None], 1, bare.white / was)
     return out
 
 
