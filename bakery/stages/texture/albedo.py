@@ -10,7 +10,7 @@ import numpy as np
 from bakery.generators.base import Subject
 from bakery.geometry import harmonics
 from bakery.geometry.color import LUMA
-from bakery.landmarks import EYES, LIPS_OUTER
+from bakery.landmarks import EYES, LIPS_OUTER, OVAL
 from bakery.stages.atlas import make_atlas, uv_polygon
 from bakery.stages.texture.unwrap import photo_shade
 from bakery.types import Fit
@@ -19,11 +19,17 @@ METER = 0.9  # luma that a white surface shows in a well exposed photo if it fac
 # The white of an eye, as `EyeMaps.white` reads it, in light of 1: between painted eyes (0.45, 0.38,
 # 0.33) and those of london/train (0.43, 0.37, 0.35).
 WHITE = np.array([0.445, 0.377, 0.349], np.float32)
-EYE_SHARE, TINT_SHARE = 0.4, 0.7  # of what the eyes say of the light's level and of its colour
+EYE_SHARE, TINT_SHARE = 0.35, 0.8  # of what the eyes say of the light's level and of its colour
 EYES_LOOK = 10.0  # degrees down: lids and brows hide the light from above
 MOST = 3.0  # times brighter or darker than METER; more is a mistake
 NEAR = 1 / 26  # of the atlas's side: around a texel, what its skin looks like without highlights
 MOTTLE = 0.05  # of the skin's own brightness: so much it varies by itself
+HAIRY = 0.6  # of the brightness around: what is darker is no bare skin
+TINGE = 0.5  # of the skin's own colour in a highlight: cameras roll bright colours off
+DIVIDED = (
+    1.1  # times brighter than the skin around it may become what was not brighter in the photo
+)
+PALEST = 0.45  # luma of the albedo of the palest face
 BLOOM = 1 / 500  # of the side: highlights are no finer, hairs and pores are
 
 
@@ -44,12 +50,15 @@ def albedo_of(subject: Subject, fit: Fit) -> np.ndarray:
     atlas = make_atlas(head, size).take("skin")
     vertices = head.vertices(subject.neutral, fit.expression, fit.gaze)
     shade = atlas.paint(photo_shade(fit, head, vertices, atlas), 1)
-    albedo = subject.texture / (shade * light_on(subject, fit)).astype(np.float32)
     skin = atlas.paint(np.ones(len(atlas.index), np.float32))
     for ring, wide in ((LIPS_OUTER, 1.15), (EYES[0], 1.25), (EYES[1], 1.25)):
         skin *= 1 - uv_polygon(head, ring, wide, size)
-    out: np.ndarray = np.clip(without_highlights(albedo, skin), 0, 1)
-    return make_atlas(head, size).fill_gutter(out)
+    light = light_on(subject, fit)
+    face = (skin * uv_polygon(head, OVAL, 0.8, size)) > 0
+    bare = subject.texture / shade.astype(np.float32)
+    light *= max(1, float(np.median(bare[face] @ LUMA / (light @ LUMA))) / PALEST)
+    albedo = without_highlights(_evened(bare, subject.texture, skin) / light, skin)
+    return make_atlas(head, size).fill_gutter(np.clip(albedo, 0, 1).astype(np.float32))
 
 
 def light_on(subject: Subject, fit: Fit) -> np.ndarray:
@@ -76,6 +85,28 @@ def light_on(subject: Subject, fit: Fit) -> np.ndarray:
     return found
 
 
+def _evened(bare: np.ndarray, texture: np.ndarray, skin: np.ndarray) -> np.ndarray:
+    """Skin that its light was divided out of, where that was too much.
+
+    Second-order light knows nothing of what is reflected from below: under nose and brows, and
+    beside a shadow, it is too dark. What is brighter than the skin around it by the division alone is
+    held back.
+
+    Args:
+        bare: [T, T, 3] linear, divided; texture: [T, T, 3] as the photo shows it.
+        skin: [T, T] 0..1, where to look.
+    """
+    sigma = NEAR * len(bare)
+    over, before = (
+        np.log(luma / np.maximum(_blurred(luma, skin, sigma), 1e-4))
+        for luma in (np.maximum(each @ LUMA, 1e-4) for each in (bare, texture))
+    )
+    excess = np.maximum(over - np.maximum(before, np.log(DIVIDED)), 0) * skin
+    smooth = np.minimum(_smooth(excess, BLOOM * len(bare)), excess)
+    held: np.ndarray = bare * np.exp(-smooth)[..., None]
+    return held
+
+
 def without_highlights(albedo: np.ndarray, skin: np.ndarray) -> np.ndarray:
     """Take off what oil and water on the skin mirror.
 
@@ -96,20 +127,25 @@ def without_highlights(albedo: np.ndarray, skin: np.ndarray) -> np.ndarray:
     """
     size = albedo.shape[0]
     luma = np.maximum(albedo @ LUMA, 1e-4)
-    around = _blurred(luma, skin, NEAR * size)
-    # The darker half of what is around, but for what is no bare skin.
-    matt = skin * ((luma < around) & (luma > 0.6 * around))
+    bare = skin * (luma > HAIRY * _blurred(luma, skin, NEAR * size))
+    matt = bare * (luma < _blurred(luma, bare, NEAR * size))  # the darker half of what is around
     base = _blurred(albedo, matt, NEAR * size)
     # albedo = share * base + mirrored * white, by least squares.
     white = np.ones(3, np.float32)
     bb, bw, ww = (base**2).sum(-1), base @ white, 3.0
     cb, cw = (albedo * base).sum(-1), albedo @ white
     mirrored = (bb * cw - bw * cb) / np.maximum(bb * ww - bw**2, 1e-6)
-    brighter = luma - base @ LUMA
-    mirrored = np.clip(np.minimum(mirrored, brighter) - MOTTLE * (base @ LUMA), 0, None) * skin
-    mirrored = cv2.GaussianBlur(mirrored.astype(np.float32), (0, 0), max(BLOOM * size, 0.5))
-    out: np.ndarray = np.maximum(albedo - mirrored[..., None], 0.3 * albedo)
+    brighter = np.maximum(luma - (1 + MOTTLE) * (base @ LUMA), 0) * skin
+    mirrored = np.clip(mirrored - MOTTLE * (base @ LUMA), 0, brighter)
+    mirrored = np.minimum(_smooth(mirrored, BLOOM * size), brighter)[..., None]
+    color = TINGE * albedo / luma[..., None] + 1 - TINGE
+    out: np.ndarray = np.maximum(albedo - mirrored * color, 0.3 * albedo)
     return out
+
+
+def _smooth(values: np.ndarray, sigma: float) -> np.ndarray:
+    blurred: np.ndarray = cv2.GaussianBlur(values.astype(np.float32), (0, 0), max(sigma, 0.5))
+    return blurred
 
 
 def _blurred(values: np.ndarray, weight: np.ndarray, sigma: float) -> np.ndarray:
