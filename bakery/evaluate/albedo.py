@@ -110,9 +110,9 @@ def measure(head: HeadModel, subject: Subject) -> dict[str, float]:
     true = lab(true_albedo(head, subject)[plain].mean(0))
     both = lights[0].skin & turned.skin
     return {
-        "lights": float(max(apart)),
-        "truth": float(np.linalg.norm(means - true, axis=1).mean()),
-        "views": psnr(to_encoded(lights[0].albedo), to_encoded(turned.albedo), both),
+        "lights": round(float(max(apart)), 3),
+        "truth": round(float(np.linalg.norm(means - true, axis=1).mean()), 3),
+        "views": round(psnr(*(to_encoded(one.albedo) for one in (lights[0], turned)), both), 3),
     }
 
 
@@ -147,8 +147,8 @@ def true_albedo(head: HeadModel, subject: Subject) -> np.ndarray:
 
 def lab(linear: np.ndarray) -> np.ndarray:
     """CIELAB (D65) of a linear colour [3]."""
-    encoded = to_encoded(linear).reshape(1, 1, 3)
-    found: np.ndarray = cv2.cvtColor(encoded, cv2.COLOR_RGB2LAB)[0, 0]
+    color = np.asarray(linear, np.float32).reshape(1, 1, 3)
+    found: np.ndarray = cv2.cvtColor(color, cv2.COLOR_LRGB2LAB)[0, 0]
     return found
 
 
