@@ -86,7 +86,7 @@ def relit(
     corners, weight = head.faces[face], found.barycentric[hit]
 
     def at(normals: np.ndarray) -> np.ndarray:
-        inside = np.einsum("nkc,nk->nc", normals[corners], weight)
+        inside: np.ndarray = np.einsum("nkc,nk->nc", normals[corners], weight)
         inside /= np.maximum(np.linalg.norm(inside, axis=1, keepdims=True), 1e-6)
         return inside
 

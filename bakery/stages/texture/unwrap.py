@@ -37,7 +37,7 @@ def reflectance(linear_points, shade):
     return linear_points / np.maximum(shade, 1e-3)
 
 
-def shading(normals, light):
+def shading(normals: np.ndarray, light: np.ndarray) -> np.ndarray:
     """Irradiance [N, 3] at camera-space normals, relative to that of a frontal normal.
 
     Second-order harmonics swing wildly on sides the photo never showed, so the ratio is held to
@@ -46,7 +46,8 @@ def shading(normals, light):
     front = harmonics.irradiance(np.array([[0.0, 0.0, 1.0]]), light)
     ratio = harmonics.irradiance(normals, light) / np.maximum(front, 1e-4)
     gray = ratio @ LUMA
-    return np.clip(gray, 0.45, 1.5)[:, None] * np.ones(3, np.float32)
+    bounded: np.ndarray = np.clip(gray, 0.45, 1.5)[:, None] * np.ones(3, np.float32)
+    return bounded
 
 
 def photo_shade(fit: Fit, head: HeadModel, vertices: np.ndarray, atlas: Atlas) -> np.ndarray:
@@ -59,8 +60,7 @@ def photo_shade(fit: Fit, head: HeadModel, vertices: np.ndarray, atlas: Atlas) -
     turn = rotation.matrix(fit.camera.rotation)
     normals = atlas.at(vertex_normals(vertices, head.faces) @ turn.T)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
-    shade: np.ndarray = shading(normals, fit.light)
-    return shade
+    return shading(normals, fit.light)
 
 
 def rims(points, shape):
