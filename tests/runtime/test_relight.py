@@ -113,3 +113,27 @@ def test_no_side_is_black_behind_a_lamp():
     lamp = harmonics.lamp(np.array([0, 0, 1.0]), np.ones(3))
     assert harmonics.irradiance(normals, lamp).min() < -0.03
     assert shine(normals, lamp).min() > 0
+
+
+def test_highlights_and_the_lights_colour_go_where_there_is_albedo(noise_avatar, slanting):
+    """The skin shows albedo times the new light; eyes and hair lose the same colour."""
+    from bakery.stages.atlas import make_atlas
+    from bakery.stages.texture.unwrap import photo_shade
+
+    avatar = in_light(noise_avatar, slanting)
+    size = len(avatar.textures.neutral)
+    atlas = make_atlas(avatar.head, size).take("skin")
+    seen = atlas.paint(np.ones(len(atlas.index), bool))
+    shade = atlas.paint(photo_shade(avatar.fit, avatar.head, posed(avatar), atlas), 1)
+    color, gloss = np.array([1.2, 1.0, 0.7]), np.zeros((size, size, 1))
+    gloss[::9, ::7] = 0.3
+    albedo = (0.2 + 0.3 * np.asarray(avatar.textures.neutral, np.float64)).astype(np.float16)
+    shown = (albedo * shade * color + gloss).astype(np.float16)
+    textures = replace(avatar.textures, neutral=shown, albedo=albedo)
+    bare = unlit(replace(avatar, textures=textures))
+    assert_allclose((shown * bare.skin)[seen], albedo[seen], rtol=3e-3)  # half floats
+    assert_allclose(bare.white, 1 / color, rtol=0.02)  # the median over texels, of which some gleam
+    assert_allclose(bare.hair[seen], (bare.white / shade)[seen], rtol=1e-5)
+    known = seen & np.isin(textures.source, (1, 2))
+    kept = (np.float32(albedo)[known] @ LUMA).mean() * bare.exposure
+    assert kept == pytest.approx((np.float32(shown)[known] @ LUMA).mean(), rel=5e-3)
