@@ -170,12 +170,16 @@ class Textures:
     mouth_weights: np.ndarray  # [M, E] pose of each
     maker: Maker = Maker("unknown")  # the generator
     made_from: str = ""  # SHA-256 over photo, landmarks, fit and head; "" if unknown
+    # [T, T, 3] float16: T_0 without light and highlights; [0, 0, 3] if the bundle has none
+    albedo: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 3), np.float16))
 
     def __post_init__(self) -> None:
         side, keys, shapes = len(self.neutral), len(self.key_names), len(EXPRESSIONS)
         gazes, mouths = len(self.gaze), len(self.mouths)
+        bare = side if len(self.albedo) else 0
         for name, shape in {  # pictures are too large to look for what is not finite
             "neutral": (side, side, 3),
+            "albedo": (bare, bare, 3),
             "keys": (keys, side, side, 3),
             "source": (side, side),
             "facing": (side, side),

@@ -24,6 +24,7 @@ from bakery.stages.condition import condition, face_camera
 from bakery.stages.generate import generate
 from bakery.stages.segment import Segmentation
 from bakery.stages.texture import TextureOptions, gaze, keys, mouth
+from bakery.stages.texture.albedo import albedo_of
 from bakery.stages.texture.hair import mattes_of
 from bakery.stages.texture.neutral import Prepared, prepare
 from bakery.stages.texture.proxies import eye_proxies, make_proxy
@@ -144,25 +145,10 @@ def paint(
     say("neutral")
     if hasattr(generator, "get_ready"):
         ahead(generator.get_ready, head)
-    size = options.texture.resolution
-
-    def unwrapped(view: PhotoView) -> Prepared:
-        mattes = mattes_of(view.photo.encoded, view.segmentation, view.landmarks.points)
-        return prepare(
-            view.photo, view.landmarks, view.fit, neutral, head, mattes, size, hair.layer,
-            rest_of(options.texture), options.texture.complete, options.texture.glasses == "keep",
-        )  # fmt: skip
 
     def whole() -> Arrays:
         seen = [PhotoView(photo, landmarks, fit, segmentation), *views]
-        first, *more = [unwrapped(view) for view in seen]
-        if more:
-            weights = [
-                quality(head, neutral, one, view.fit, size)
-                for one, view in zip([first, *more], seen)
-            ]
-            first = merged(first, more, weights)
-        return _to_arrays(first)
+        return _to_arrays(unwrapped(seen, head, neutral, hair, options.texture))
 
     arrays = kept.one("neutral", whole)
     prepared = _from_arrays(arrays, head, neutral, fit)
@@ -185,7 +171,55 @@ def paint(
         mouth_weights=poses,
         maker=maker_of("generators", generator),
         made_from=origin,
+        albedo=albedo_of(prepared.subject, fit).astype(np.float16),
     )
+
+
+def unwrapped(
+    seen: Sequence[PhotoView],
+    head: HeadModel,
+    neutral: np.ndarray,
+    hair: Hair,
+    options: TextureOptions,
+) -> Prepared:
+    """The neutral texture of one person.
+
+    Args:
+        seen: photos of the person; the first leads.
+        head: as the person has it; neutral: [V, 3] mm.
+        hair: what makes the hair.
+    """
+
+    def one(view: PhotoView) -> Prepared:
+        mattes = mattes_of(view.photo.encoded, view.segmentation, view.landmarks.points)
+        return prepare(
+            view.photo, view.landmarks, view.fit, neutral, head, mattes, options.resolution,
+            hair.layer, rest_of(options), options.complete, options.glasses == "keep",
+        )  # fmt: skip
+
+    first, *more = [one(view) for view in seen]
+    if not more:
+        return first
+    weights = [
+        quality(head, neutral, each, view.fit, options.resolution)
+        for each, view in zip([first, *more], seen)
+    ]
+    return merged(first, more, weights)
+
+
+def neutral_albedo(
+    seen: Sequence[PhotoView], head: HeadModel, hair: Hair, options: TextureOptions
+) -> tuple[np.ndarray, Prepared]:
+    """The albedo [T, T, 3] float16 that a bundle of these photos holds, and what it is made from.
+
+    Args:
+        seen: photos of one person; the first leads.
+        head: the head model that was fitted.
+        hair: what makes the hair.
+    """
+    own, neutral = own_head(head, seen[0].fit)
+    prepared = unwrapped(seen, own, neutral, hair, options)
+    return albedo_of(prepared.subject, seen[0].fit).astype(np.float16), prepared
 
 
 def _to_arrays(prepared: Prepared) -> Arrays:

@@ -19,6 +19,13 @@ def presets(context, parameter, incomplete):
     return _items(preset.names("builds"), incomplete, files=True)
 
 
+def lights(context, parameter, incomplete):
+    """Names for --light."""
+    from bakery import preset
+
+    return _items(preset.names("lights"), incomplete, files=True)
+
+
 def plug_ins(group):
     """A completer of the names of an entry-point group, such as "generators"."""
 

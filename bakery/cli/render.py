@@ -37,6 +37,11 @@ from bakery.cli import complete, options
     help="What is behind the head; none is alpha (gray; photo with --view photo; none in EXR).",
 )  # fmt: skip
 @click.option(
+    "--light", metavar="NAME|FILE", shell_complete=complete.lights,
+    help="Another light than the photo's: neutral, studio, rim, sunset; a .toml as those; .json with "
+    "27 coefficients, or what `bakery fit` wrote; .exr, a map of the surroundings.",
+)  # fmt: skip
+@click.option(
     "--turntable", type=click.IntRange(2, 999), metavar="N",
     help="N views around the head, as NAME.000.png, NAME.001.png ...",
 )  # fmt: skip
@@ -56,6 +61,10 @@ def render(bundle, output, mask, turntable, overwrite, **wanted):
     bakery render portrait.avatar -o out.png --fit smiling.json --mask mask.png
     bakery render portrait.avatar -o out.png --view photo
     bakery render portrait.avatar -o head.png --background none --turntable 36
+    bakery render portrait.avatar -o out.png --light sunset --view 30,0
+
+    A light stays where it is when --view goes round the head. Each is as bright as `neutral`, over
+    all directions; its file may say by how many stops (exposure) it is more.
     """
     from bakery.export.open import open_avatar
     from bakery.formats.image import write_image

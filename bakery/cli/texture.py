@@ -44,6 +44,42 @@ def texture(photo, fitted, output, overwrite, preset, settings, **request):
 
 
 @click.command(cls=options.Command)
+@options.photo
+@output
+@click.option("--fit", "fitted", type=options.PATH, help="From `fit`; made if left out.")
+@options.baking
+def albedo(photo, fitted, output, overwrite, preset, settings, **request):
+    """Write the albedo of PHOTO's person as an OpenEXR file: unwrapped, linear, 0 to 1.
+
+    Light and highlights are taken off. The tone is that of the person: by how photographs are
+    exposed, and by the white of the eyes.
+
+    \b
+    bakery albedo portrait.jpg -o albedo.exr
+    """
+    options.may_write(output, overwrite, endings=(".exr",))
+    from bakery.bake import pipeline
+    from bakery.bake.textures import neutral_albedo
+    from bakery.bake.views import PhotoView
+    from bakery.formats.exr import write_exr
+    from bakery.heads.file import load_head
+    from bakery.plugins import plug_in
+
+    chosen = options.build_options(preset, settings)
+    head, hair = load_head(request["head"]), plug_in("hair", request["hair"])
+    asked = pipeline.Request(photo, output, chosen, **request)
+    with options.progress(output.name) as progress:
+        if fitted is not None:
+            seen = pipeline.read_portrait(asked, fitted, head)
+        else:
+            seen = pipeline.find_portrait(asked, head, None, progress)
+        view = PhotoView(seen.photo, seen.landmarks, seen.fit, seen.segmentation)
+        found, _ = neutral_albedo([view], head, hair, chosen.texture)
+    write_exr(output, {"albedo": found})
+    options.wrote(output)
+
+
+@click.command(cls=options.Command)
 @output
 @options.baking
 def mask(output, overwrite, preset, settings, head, **others):

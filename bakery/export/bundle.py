@@ -29,6 +29,8 @@ def write_textures(folder, textures, masks):
     exr.write_exr(folder / "hair.exr", {"hair": textures.hair})
     exr.write_exr(folder / "gaze.exr", dict(zip(gaze_parts(len(textures.gaze)), textures.gaze)))
     exr.write_exr(folder / "mouth.exr", _mouth_sheets(textures.mouths))
+    if len(textures.albedo):
+        exr.write_exr(folder / "albedo.exr", {"albedo": textures.albedo})
     coverage = {"source": textures.source, "facing": textures.facing}
     exr.write_exr(folder / "coverage.exr", coverage, exr.DATA)
     exr.write_exr(folder / "masks.exr", dict(zip(EXPRESSIONS, masks)), exr.DATA)
@@ -144,7 +146,8 @@ def read_textures(folder, manifest):
     Raises:
         BundleError: damaged.
     """
-    parts = {name: dict(_parts(folder, manifest, f"{name}.exr")) for name in PICTURES}
+    names = [*PICTURES, *(["albedo"] if "albedo" in manifest else [])]
+    parts = {name: dict(_parts(folder, manifest, f"{name}.exr")) for name in names}
     face, gaze, masks, coverage = (parts[name] for name in ("face", "gaze", "masks", "coverage"))
     try:
         textures = Textures(
@@ -160,6 +163,9 @@ def read_textures(folder, manifest):
             mouths=_read_mouths(folder, manifest),
             mouth_landmarks=np.array(manifest["mouths"]["landmarks"], np.float64),
             mouth_weights=np.stack([dense(table) for table in manifest["mouths"]["weights"]]),
+            **(
+                {"albedo": parts["albedo"][manifest["albedo"]["part"]]} if "albedo" in parts else {}
+            ),
         )
         places = [manifest["masks"]["channels"][name] for name in EXPRESSIONS]
         planes = [_channel(masks[place["part"]], place["channel"]) for place in places]

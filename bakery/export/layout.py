@@ -11,6 +11,7 @@ ROLES = {
     "face.exr": "face",
     "masks.exr": "masks",
     "hair.exr": "hair",
+    "albedo.exr": "albedo",
     "coverage.exr": "coverage",
     "gaze.exr": "gaze",
     "mouth.exr": "mouth",

@@ -15,6 +15,13 @@ from bakery.types import EXPRESSIONS, Fit, Maker, Photo, Textures
 
 GEOMETRY = 0.1  # mm at weight 1; less is no movement
 WEAK = 1.0  # mm; less is only an approximation of the shape
+ALBEDO = {
+    "albedo": {
+        "file": "albedo.exr",
+        "part": "albedo",
+        "layout": "RGB on the same atlas: share of white light that comes back; fit/light is the photo's",
+    }
+}
 IPTC = "http://cv.iptc.org/newscodes/digitalsourcetype/"
 
 
@@ -179,6 +186,7 @@ def _textures_table(textures, masks):
             "part": "hair",
             "layout": "RGBA over the face texture, colour multiplied by alpha; lashes in uv/cards",
         },
+        **(ALBEDO if len(textures.albedo) else {}),
         "gaze": {
             "file": "gaze.exr",
             "parts": layout.gaze_parts(len(textures.gaze)),

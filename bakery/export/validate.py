@@ -102,6 +102,7 @@ def _file_problems(folder, manifest):
             good.append(name)
     needed = [*NEEDED, *(["head.glb"] if manifest["lods"] else [])]
     needed += [atlas["file"] for atlas in manifest.get("web", {}).values()]
+    needed += ["albedo.exr"] if "albedo" in manifest else []
     needed += [manifest["photo"]] if "photo" in manifest else []
     found += [f"{name}: missing from the list of files" for name in needed if name not in listed]
     for here, folders, files in os.walk(folder):
@@ -187,7 +188,9 @@ def _exr_layout(manifest):
     """File -> what its parts must be: their names, channels and colorInteropID."""
     masks = manifest["masks"]["channels"].values()
     coverage = manifest["coverage"]
+    bare = [manifest["albedo"]["part"]] if "albedo" in manifest else []
     return {
+        "albedo.exr": (bare, "RGB", exr.LINEAR),
         "face.exr": (["neutral", *(key["part"] for key in manifest["keys"])], "RGB", exr.LINEAR),
         "hair.exr": ([manifest["hair"]["part"]], "RGBA", exr.LINEAR),
         "gaze.exr": (manifest["gaze"]["parts"], "RGB", exr.LINEAR),

@@ -27,6 +27,7 @@ class EyeMaps:
     ball: np.ndarray  # [2, n, n, 3] float32 linear: iris, pupil, sclera; turns with the gaze
     glint: np.ndarray  # [2, n, n, 3] float32 linear, added: corneal highlights, stays in place
     iris: np.ndarray  # [2] degrees: angular radius of the iris seen from the eyeball's centre
+    white: np.ndarray  # [2, 3] float32 linear: of the eye, in the open; 0 if the photo shows none
 
 
 def to_map(directions, size):

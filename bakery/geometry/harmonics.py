@@ -1,9 +1,15 @@
-"""Second-order spherical-harmonic light."""
+"""Second-order spherical-harmonic light.
+
+A light is nine rows of linear RGB: the coefficients, in the order of `basis`, of the irradiance over
+pi, which is the colour that a white (albedo 1), matt surface shows.
+"""
 
 import numpy as np
 
 # Constants of the real spherical harmonics up to order 2.
 C0, C1, C2, C20, C22 = 0.282095, 0.488603, 1.092548, 0.315392, 0.546274
+# Convolution with the clamped cosine, per coefficient (Ramamoorthi and Hanrahan 2001).
+COSINE = np.array([np.pi] + [2 * np.pi / 3] * 3 + [np.pi / 4] * 5)
 
 
 def basis(normals: np.ndarray) -> np.ndarray:
@@ -50,3 +56,40 @@ def turned(light: np.ndarray, turn: np.ndarray) -> np.ndarray:
 def irradiance(normals: np.ndarray, light: np.ndarray) -> np.ndarray:
     """Light [9, 3] at unit normals [..., 3]: [..., 3] linear RGB."""
     return basis(normals) @ light
+
+
+def direction(azimuth: float, elevation: float) -> np.ndarray:
+    """Unit vector [3] of angles in degrees: azimuth to +x, elevation up, 0 straight along +z."""
+    a, e = np.radians(azimuth), np.radians(elevation)
+    return np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
+
+
+def lamp(toward: np.ndarray, color: np.ndarray) -> np.ndarray:
+    """The light [9, 3] of a far lamp that gives a surface facing it the colour [3]."""
+    return np.outer(basis(toward) * COSINE, color)
+
+
+def of_map(radiance: np.ndarray) -> np.ndarray:
+    """The light [9, 3] of a latitude-longitude map of what is around.
+
+    Args:
+        radiance: [H, W, 3] linear; the top row is up (+y), the middle lies at +z, and columns go on
+            to -x: as the subject sees the world, looking ahead.
+
+    References:
+        Ramamoorthi and Hanrahan, "An Efficient Representation for Irradiance Environment Maps",
+        SIGGRAPH 2001.
+    """
+    height, width = radiance.shape[:2]
+    edges = np.cos(np.linspace(0, np.pi, height + 1))
+    share = (edges[:-1] - edges[1:]) * 2 * np.pi / width  # solid angle of a pixel, by rows
+    elevation = 90 - (np.arange(height) + 0.5) * 180 / height
+    azimuth = 180 - (np.arange(width) + 0.5) * 360 / width
+    e, a = np.radians(elevation)[:, None], np.radians(azimuth)[None]
+    toward = np.stack(
+        [np.sin(a) * np.cos(e), np.broadcast_to(np.sin(e), (height, width)), np.cos(a) * np.cos(e)],
+        -1,
+    )
+    rows = basis(toward) * share[:, None, None]
+    found: np.ndarray = np.einsum("hwk,hwc->kc", rows, radiance) * COSINE[:, None] / np.pi
+    return found

@@ -15,6 +15,7 @@ from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import face_texture, gaze_slide, lay_hair, nearest_gaze
 from bakery.runtime.lash_cards import card_weights, lay_cards
 from bakery.runtime.mouth import mouth_picture
+from bakery.runtime.relight import relit, skin_without
 from bakery.stages.texture.mouth import mouth_landmarks
 from bakery.types import Camera, Textures
 
@@ -43,6 +44,7 @@ def draw(
     gaze: np.ndarray,
     dynamic: bool = True,
     hair: bool = True,
+    light: np.ndarray | None = None,
 ) -> Frame:
     """Draw a deformed avatar.
 
@@ -54,6 +56,7 @@ def draw(
         gaze: [2] degrees.
         dynamic: False shows T_0 alone.
         hair: False leaves the hair layer out.
+        light: [9, 3] as `formats.light.read_light` gives it; None is the photo's own.
 
     Returns:
         Frame.
@@ -61,8 +64,11 @@ def draw(
     head, textures = avatar.head, avatar.textures
     still = np.zeros_like(expression)
     skin = face_texture(textures, avatar.masks, expression if dynamic else still)
-    if hair:
-        skin = lay_hair(skin, textures.hair)
+    layer = textures.hair if hair else None
+    if light is not None:
+        skin = skin_without(avatar, skin, layer)
+    elif layer is not None:
+        skin = lay_hair(skin, layer)
     fine = cameras.crop(
         camera, 0, 0, camera.width * SAMPLES, camera.height * SAMPLES, float(SAMPLES)
     )
@@ -99,6 +105,8 @@ def draw(
             if name != "mouth_sheet":
                 local = local - slide
             color[mine] = bilinear(picture, local * picture.shape[1::-1])
+    if light is not None:
+        color = relit(avatar, color, found, faces, vertices, light)
 
     known = bilinear(paintable(textures), uv * skin.shape[0]) * hit
     known = np.where(hit & (part != PARTS.index("skin")), 1, known).astype(np.float32)

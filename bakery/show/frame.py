@@ -11,6 +11,7 @@ from bakery.errors import InputError, ModelError
 from bakery.formats import record
 from bakery.formats.exr import write_exr
 from bakery.formats.image import write_image
+from bakery.formats.light import read_light
 from bakery.formats.targets import expression_weights, parse_weights, weight_rows
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_encoded, to_linear
@@ -54,11 +55,12 @@ class Scene:
     framing: str = "head"  # "head" or "face": what views other than the photo's own hold
     # "none", "gray", "photo" or [3] linear; None is the photo in its own view, else gray
     background: str | np.ndarray | None = None
+    light: np.ndarray | None = None  # [9, 3] of `formats.light`; None is the photo's own
 
 
 def parse(
     weights="", fitted=None, gaze=None, view="front", size=None, textures="dynamic", hair=True,
-    expression="", framing="head", background=None,
+    expression="", framing="head", background=None, light=None,
 ):  # fmt: skip
     """The options of the command as the fields of a Scene.
 
@@ -86,7 +88,8 @@ def parse(
         "dynamic": textures == "dynamic",
         "hair": hair,
         "framing": framing,
-        "background": _background(background, view, fit),
+        "background": _background(background, view, fit, light),
+        "light": None if light is None else read_light(light),
     }
 
 
@@ -118,8 +121,10 @@ def _gaze(text):
     return yaw, pitch
 
 
-def _background(text, view, fit):
+def _background(text, view, fit, light):
     """A Scene's background from the option, or None."""
+    if text == "photo" and light is not None:
+        raise InputError("--background photo: it keeps its own light; leave out --light")
     if text == "photo" and (view != "photo" or fit is not None):
         raise InputError("--background photo: only the photo's own view has it; add --view photo")
     if text is None or text in BACKGROUNDS:
@@ -223,14 +228,16 @@ def draw_scene(avatar: Avatar, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     own = scene.view == "photo" and scene.fit is None and avatar.photo is not None
     background = scene.background
     if background is None:
-        background = "photo" if own else "gray"
+        background = "photo" if own and scene.light is None else "gray"
     if isinstance(background, str) and background == "photo" and not own:
         raise InputError("--background photo: the bundle keeps none; build it with --keep-photo")
     camera = _camera(avatar, scene)
     gaze = scene.gaze if scene.gaze is not None else gaze_of(scene.expression).mean(0)
     neutral = neutral_for(avatar.head, avatar.neutral, avatar.fit, scene.fit, scene.expression)
     vertices = avatar.head.vertices(neutral, scene.expression, gaze)
-    frame = draw(avatar, vertices, camera, scene.expression, gaze, scene.dynamic, scene.hair)
+    frame = draw(
+        avatar, vertices, camera, scene.expression, gaze, scene.dynamic, scene.hair, scene.light
+    )
     face = np.minimum(frame.alpha, frame.face)
     if not isinstance(background, str):
         clear = _clear(frame)

@@ -17,6 +17,7 @@ from bakery.export import bundle
 from bakery.export.validate import problems
 from bakery.export.web import files as web
 from bakery.formats import record
+from bakery.formats.light import KIND, read_light
 from bakery.paths import ASSETS
 
 ASSETS = ASSETS / "viewer"
@@ -47,6 +48,7 @@ def page(folder, watch=None, derive=None):
         "title": plain(folder.name.removesuffix(".avatar")) or "avatar",
         "named": named,
         "facts": _facts(manifest),
+        "lights": {name: record.numbers(read_light(name), 5) for name in preset.names(KIND)},
         "watch": watch,
     }
     script, style = asset("page.js"), asset("page.css")

@@ -41,21 +41,11 @@ class Environment:
 
     def irradiance_ambient(self):
         """Spherical harmonics [9, 3] of the dome's irradiance / pi, without lamps and shadows."""
-        return self.ambient * COSINE[:, None] / np.pi
+        return self.ambient * harmonics.COSINE[:, None] / np.pi
 
     def irradiance(self):
         """Spherical harmonics [9, 3] of the irradiance / pi (what albedo 1 shows), without shadows."""
-        return self.radiance() * COSINE[:, None] / np.pi
-
-
-# Convolution with the clamped cosine, per coefficient (Ramamoorthi and Hanrahan 2001).
-COSINE = np.array([np.pi] + [2 * np.pi / 3] * 3 + [np.pi / 4] * 5)
-
-
-def direction(azimuth, elevation):
-    """Unit vector of angles in degrees: azimuth to the picture's right, elevation up, 0 at the camera."""
-    a, e = np.radians(azimuth), np.radians(elevation)
-    return np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
+        return self.radiance() * harmonics.COSINE[:, None] / np.pi
 
 
 def lamp_radiance(lamp):

@@ -5,8 +5,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bakery.geometry import rotation
+from bakery.geometry.harmonics import direction
 from bakery.heads.base import look, weights
-from bakery.synth.light import Environment, Lamp, direction, dome
+from bakery.synth.light import Environment, Lamp, dome
 from bakery.types import EXPRESSIONS, Camera
 
 

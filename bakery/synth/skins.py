@@ -12,16 +12,14 @@ import cv2
 import numpy as np
 
 from bakery.errors import InputError
-from bakery.geometry import rotation
 from bakery.geometry.color import LUMA
 from bakery.geometry.fill import diffuse, smoothstep
-from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.noise import value_noise
 from bakery.landmarks import FACE, OVAL
 from bakery.stages.atlas import make_atlas
 from bakery.stages.texture.complete import INFERRED
 from bakery.stages.texture.neutral import prepare
-from bakery.stages.texture.unwrap import shading
+from bakery.stages.texture.unwrap import photo_shade
 from bakery.synth.skin import HAEMOGLOBIN, MELANIN
 
 TEXELS = 512  # side of a skin; 0.5 mm on the face
@@ -41,10 +39,7 @@ def unwrap(photo, landmarks, fit, neutral, head, mattes):
     prepared = prepare(photo, landmarks, fit, neutral, head, mattes, TEXELS, method="mirror")
     atlas = make_atlas(head, TEXELS)
     vertices = head.vertices(neutral, fit.expression, fit.gaze)
-    turn = rotation.matrix(fit.camera.rotation)
-    normals = atlas.at(vertex_normals(vertices, head.faces) @ turn.T)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
-    shade = atlas.paint(shading(normals, fit.light).astype(np.float32), 1)
+    shade = atlas.paint(photo_shade(fit, head, vertices, atlas).astype(np.float32), 1)
     skin = atlas.paint(atlas.rows("skin").astype(np.float32))
     albedo = EXPOSED * prepared.subject.texture / np.where(shade > 0, shade, 1)
     sure = skin * (prepared.source != INFERRED)

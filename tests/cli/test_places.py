@@ -106,7 +106,9 @@ def line_of(name, option, place, folder, text="mine"):
 
 
 def ending(name):
-    return {"recover": ".exr", "build": ".avatar", "animate": ".mp4"}.get(name, ".png")
+    return {"recover": ".exr", "albedo": ".exr", "build": ".avatar", "animate": ".mp4"}.get(
+        name, ".png"
+    )
 
 
 def run(words):

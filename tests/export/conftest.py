@@ -105,10 +105,12 @@ def old_bundle(bundle, tmp_path_factory):
     for added in ("models", "recipe"):
         manifest["provenance"].pop(added, None)
     manifest["fit"].pop("head_sha256", None)
+    manifest.pop("albedo")
+    (folder / "albedo.exr").unlink()
     manifest["asset"]["version"] = "1.0"
     files = {entry["path"]: entry for entry in manifest["files"]}
     files["web/head.glb"] = files.pop("web/player.glb") | {"path": "web/head.glb"}
-    del files["proxies.glb"]
+    del files["proxies.glb"], files["albedo.exr"]
     for path, entry in files.items():
         entry |= {"bytes": (folder / path).stat().st_size, "sha256": digest_file(folder / path)}
     manifest["files"] = list(files.values())

@@ -136,6 +136,9 @@ CASES = {
         "lacks part 'mouths"),
     "mouths that do not divide": ("mouth.exr", lambda parts: {n: p[:, :-1] for n, p in parts.items()},
         exr.LINEAR, "does not divide into"),
+    "an albedo of another name": ("albedo.exr", lambda parts: {"skin": parts["albedo"]}, exr.LINEAR,
+        "part 'skin'"),
+    "an albedo marked as data": ("albedo.exr", dict, exr.DATA, "is not marked as lin_rec709"),
     "a part more": ("hair.exr", lambda parts: parts | {"wig": parts["hair"]}, exr.LINEAR,
         "unknown part 'wig'"),
 }  # fmt: skip

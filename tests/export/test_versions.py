@@ -45,6 +45,7 @@ def test_a_1_0_bundle_holds_the_same_avatar(old_bundle, bundle):
         assert a.dtype == b.dtype and np.array_equal(a, b), name
     assert np.array_equal(old.masks, new.masks) and np.array_equal(old.neutral, new.neutral)
     assert np.array_equal(old.photo, new.photo)
+    assert not len(old.textures.albedo) and len(new.textures.albedo) == 512
 
 
 def test_a_1_0_bundle_works_with_every_command(old_bundle, bakery, tmp_path):
@@ -56,6 +57,7 @@ def test_a_1_0_bundle_works_with_every_command(old_bundle, bakery, tmp_path):
         ["validate", old_bundle],
         ["inspect", old_bundle],
         ["render", old_bundle, "-o", tmp_path / "a.png", "--size", "64"],
+        ["render", old_bundle, "-o", tmp_path / "b.png", "--size", "64", "--light", "rim"],
         ["preview", old_bundle, "-o", tmp_path / "a.html"],
         ["preview", old_bundle, "--module", tmp_path / "site"],
         ["animate", old_bundle, "--curves", take, "-o", tmp_path / "a.mp4", "--size", "64"],

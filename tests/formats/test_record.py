@@ -178,6 +178,7 @@ def small_textures():
         "neutral": (4, 4, 3), "keys": (2, 4, 4, 3), "key_weights": (2, 52), "source": (4, 4),
         "facing": (4, 4), "hair": (4, 4, 4), "gaze": (3, 2, 6, 3), "gaze_directions": (3, 2),
         "mouths": (5, 2, 3, 3), "mouth_landmarks": (5, 40, 2), "mouth_weights": (5, 52),
+        "albedo": (4, 4, 3),
     }  # fmt: skip
     arrays = {name: np.full(shape, 0.5, np.float16) for name, shape in shapes.items()}
     about = {"key_names": np.array(["a", "b"]), "maker": np.array('{"name": "m"}')}

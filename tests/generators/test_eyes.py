@@ -35,7 +35,7 @@ def test_a_painting_of_half_the_light_keeps_iris_and_glint(head):
     ball = rng.uniform(0.1, 0.9, (2, 64, 64, 3)).astype(np.float32)
     glint = np.zeros_like(ball)
     glint[:, 28:34, 28:34] = 0.7
-    subject = Observation(head, EyeMaps(ball, glint, np.array([25.0, 25.0])))
+    subject = Observation(head, EyeMaps(ball, glint, np.array([25.0, 25.0]), np.ones((2, 3))))
     away = np.array([0.0, 0.0, -700.0])
     lens = Camera(900.0, np.array([256.0, 256.0]), np.zeros(3), away, 512, 512)
     camera = face_camera(Lens(lens), head, head.mean, 0.0)

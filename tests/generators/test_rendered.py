@@ -23,7 +23,9 @@ def test_the_iris_turns_and_the_highlight_stays():
     ball = np.repeat(iris, 3, 2).astype(np.float32)
     glint = np.zeros_like(ball)
     glint[60:68, 60:68] = 0.5
-    eyes = EyeMaps(np.stack([ball] * 2), np.stack([glint] * 2), np.array([25.0, 25.0]))
+    eyes = EyeMaps(
+        np.stack([ball] * 2), np.stack([glint] * 2), np.array([25.0, 25.0]), np.ones((2, 3))
+    )
     aside = rotation.yaw_pitch(30, 10) @ [0, 0, 1.0]
     ahead = np.array([0, 0, 1.0])
     colour, light = look_up(eyes, 0, np.stack([aside, ahead]), (30, 10))

@@ -114,7 +114,11 @@ def test_recording_is_a_webm(walked):
 def test_layers_differ(walked):
     report, _ = walked
     pictures = report["layers"]
-    assert len(set(pictures.values())) == len(pictures) == 6, "colour, three layers, teeth, light"
+    assert len(set(pictures.values())) == len(pictures) == 9, "colour, 3 layers, teeth, 4 lights"
+    assert report["unlit"], "and back"
+    left, even = report["sides"]  # the subject's left is on the picture's right
+    assert left > 1.2 * even, report["sides"]
+    assert "nine rows" in report["noLight"]
 
 
 def test_a_lost_graphics_card_comes_back(walked):

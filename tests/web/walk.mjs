@@ -165,16 +165,56 @@ async function layers() {
   await page.getByRole('radio', { name: 'Teeth' }).click();
   seen.layers.teeth = await picture();
   await page.getByRole('radio', { name: 'Image' }).click();
-  // `capture` leaves the studio's light out, so it is looked at in the canvas.
+  // `capture` leaves lights out, so they are looked at in the canvas.
   const canvas = () => page.evaluate(() => {
     window.avatar.render();
     return window.avatar.canvas.toDataURL().length;
   });
   const dark = await canvas();
-  await page.getByLabel('Studio light').check();
-  seen.layers.light = (await canvas()) - dark || 'same';
-  await page.getByLabel('Studio light').uncheck();
+  const light = page.getByLabel('Light', { exact: true });
+  for (const name of ['neutral', 'studio', 'rim', 'sunset']) {
+    await light.selectOption(name);
+    seen.layers[name] = (await canvas()) - dark || 'same';
+  }
+  await light.selectOption('photo');
+  seen.unlit = (await canvas()) === dark;
+  seen.sides = await page.evaluate(sides);
+  seen.noLight = await page.evaluate(() => {
+    window.avatar.options.light = [[1, 2]];
+    try {
+      window.avatar.render();
+      return '';
+    } catch (error) {
+      return error.message;
+    } finally {
+      window.avatar.options.light = null;
+    }
+  });
   seen.restored = await page.evaluate(restored);
+}
+
+/** In the page: how bright the halves of the picture are in a light from the subject's left, and neutral. */
+function sides() {
+  const { avatar } = window;
+  const { width, height } = avatar.canvas;
+  const still = new OffscreenCanvas(width, height).getContext('2d');
+  const even = Array.from({ length: 9 }, (_, k) => Array(3).fill(k ? 0 : 1 / 0.282095));
+  const left = even.map((row, k) => (k === 3 ? Array(3).fill(0.9 / 0.488603) : row));
+  const both = [left, even].map((light) => {
+    avatar.options.light = light;
+    avatar.render();
+    still.drawImage(avatar.canvas, 0, 0);
+    const sums = [0, 0];
+    const { data } = still.getImageData(0, 0, width, height);
+    // The middle third, which is all head; green alone.
+    for (let y = height >> 2; y < height >> 1; y += 3) {
+      for (let x = Math.round(width * 0.42); x < width * 0.58; x++) sums[Number(2 * x >= width)] += data[4 * (y * width + x) + 1];
+    }
+    return sums[1] / sums[0];
+  });
+  avatar.options.light = null;
+  avatar.render();
+  return both;
 }
 
 /** In the page: whether the picture is the same after the graphics card lost everything. */

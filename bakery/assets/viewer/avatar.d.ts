@@ -32,8 +32,11 @@ export interface Options {
   dynamic: boolean;
   hair: boolean;
   mouth: 'image' | 'geometry';
-  /** Studio light instead of the light of the portrait. */
-  light: boolean;
+  /**
+   * Another light than the portrait's: nine rows of RGB as `bakery/geometry/harmonics.py` has them, of mean 1
+   * and relative to the head. null is the portrait's own.
+   */
+  light: number[][] | null;
   layer: 'color' | 'mask' | 'coverage' | 'uv';
   /** Whose activation mask the layer `mask` shows. */
   layerExpression: string;

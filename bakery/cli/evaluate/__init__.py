@@ -195,6 +195,26 @@ def failures(names, output, folder, preset, settings, head, overwrite):
     options.wrote(output)
 
 
+@evaluate.command(cls=options.Command)
+@options.head
+@click.option("--count", default=6, show_default=True, type=click.IntRange(1), help="People.")
+@click.option("--seed", default=0, show_default=True, type=click.IntRange(0))
+def albedo(head, count, seed):
+    """Albedo of painted people: in three lights (CIELAB), from two sides (dB), and from the truth.
+
+    Of every six people one each is of the same tone, from pale to dark.
+    """
+    from bakery.evaluate import albedo as albedos
+    from bakery.heads.file import load_head
+
+    model, rows = load_head(head), []
+    for number in range(count):
+        subject = albedos.person(model, number, seed)
+        rows.append(albedos.measure(model, subject))
+        _line({"person": number, "melanin": subject.melanin} | rows[-1])
+    _line(albedos.summary(rows))
+
+
 for command in (
     evaluate_generator.generator, evaluate_generator.painted, evaluate_generator.times,
     evaluate_generator.keys, evaluate_generator.detail, evaluate_generator.rest,

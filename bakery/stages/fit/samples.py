@@ -72,7 +72,7 @@ def choose_samples(head, model, basis, count):
             albedo_modes=np.ascontiguousarray(
                 modes[:, chosen].mean(2).transpose(1, 2, 0), np.float32
             ),
-            plain=_plain(fit_albedo.vertex_chart(head, basis)[chosen].mean(1), basis.layout),
+            plain=plain_skin(fit_albedo.vertex_chart(head, basis)[chosen].mean(1), basis.layout),
         )
     return kept[key]
 
@@ -100,7 +100,7 @@ def _even_faces(head, basis, count):
     return faces[candidates[np.unique(cells(low), return_index=True)[1]]]
 
 
-def _plain(centers, layout):
+def plain_skin(centers, layout):
     """Which places [N, 2] of the chart are plain skin: [N] bool."""
 
     def inside(landmarks, scale):

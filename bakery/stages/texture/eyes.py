@@ -44,7 +44,7 @@ def eye_maps(linear, occluder, points, fit, head, vertices, part, depth, skin_to
         )
     if hidden[0] != hidden[1]:
         shown = maps[hidden.index(False)]
-        maps[hidden.index(True)] = (*(layer[:, ::-1] for layer in shown[:2]), shown[2])
+        maps[hidden.index(True)] = (*(layer[:, ::-1] for layer in shown[:2]), *shown[2:])
     return EyeMaps(*(np.stack(field) for field in zip(*maps)))
 
 
@@ -81,7 +81,7 @@ def _one_eye(linear, hidden, points, fit, vertices, head, eye, shade, skin_tone)
     color = bilinear(linear, pixels) / light
 
     angle = np.degrees(np.arccos(np.clip(directions @ axis, -1, 1)))
-    sclera = _sclera(color, weight, angle, iris_angle, skin_tone)
+    sclera, shown = _sclera(color, weight, angle, iris_angle, skin_tone)
     model = _model(color, weight, angle, iris_angle, sclera)
     excess = (color - model) @ LUMA
     # Highlights: far brighter than their surroundings, on or near the cornea, small.
@@ -113,7 +113,8 @@ def _one_eye(linear, hidden, points, fit, vertices, head, eye, shade, skin_tone)
     fixed = directions_of_map(MAP)
 
     glint = bilinear(glint_here.astype(np.float32), to_map(fixed @ turn, MAP))
-    return out.astype(np.float32), glint.astype(np.float32), np.float32(iris_angle)
+    white = np.float32(sclera * shown)
+    return out.astype(np.float32), glint.astype(np.float32), np.float32(iris_angle), white
 
 
 def _axis(pixel, center, radius, camera):
@@ -148,16 +149,17 @@ def _facing(normals, center, camera):
 
 
 def _sclera(color, weight, angle, iris_angle, skin_tone):
-    """Typical colour [3] of the white of the eye."""
+    """Typical colour [3] of the white of the eye, and whether the photo shows it."""
     white = (weight > 0.7) & (angle > 1.25 * iris_angle) & (angle < 60)
     gray = skin_tone @ LUMA
     fallback = np.float32(SCLERA_OVER_SKIN * gray) * np.array([1.04, 0.99, 0.96], np.float32)
     if white.sum() < 30:
-        return fallback
+        return fallback, False
     luminance = color[white] @ LUMA
     upper = luminance >= np.percentile(luminance, 60)
     found = np.median(color[white][upper], 0)
-    return found if found @ LUMA > 0.3 * fallback @ LUMA else fallback
+    good = bool(found @ LUMA > 0.3 * fallback @ LUMA)
+    return (found if good else fallback), good
 
 
 def _model(color, weight, angle, iris_angle, sclera):

@@ -45,7 +45,7 @@ def reflectance(linear_points, shade):
     return linear_points / np.maximum(shade, 1e-3)
 
 
-def shading(normals, light):
+def shading(normals: np.ndarray, light: np.ndarray) -> np.ndarray:
     """Irradiance [N, 3] at camera-space normals, relative to that of a frontal normal.
 
     Second-order harmonics swing wildly on sides the photo never showed, so the ratio is held to
@@ -54,7 +54,21 @@ def shading(normals, light):
     front = harmonics.irradiance(np.array([[0.0, 0.0, 1.0]]), light)
     ratio = harmonics.irradiance(normals, light) / np.maximum(front, 1e-4)
     gray = ratio @ LUMA
-    return np.clip(gray, 0.45, 1.5)[:, None] * np.ones(3, np.float32)
+    bounded: np.ndarray = np.clip(gray, 0.45, 1.5)[:, None] * np.ones(3, np.float32)
+    return bounded
+
+
+def photo_shade(fit: Fit, head: HeadModel, vertices: np.ndarray, atlas: Atlas) -> np.ndarray:
+    """`shading` of a photo's light at the texels of an atlas: [N, 3].
+
+    Args:
+        fit: Fit of the photo.
+        vertices: [V, 3] mm, the shape as it stands in the photo.
+    """
+    turn = rotation.matrix(fit.camera.rotation)
+    normals = atlas.at(vertex_normals(vertices, head.faces) @ turn.T)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
+    return shading(normals, fit.light)
 
 
 def rims(points, shape):
@@ -129,10 +143,7 @@ def unwrap_albedo(
     mask = open_lids(mattes.skin, points, mattes.occluder)
     weight *= smoothstep(0.5, 0.95, bilinear(mask, pixels))
     color = np.maximum(bicubic(linear, pixels), 0)
-    turn = rotation.matrix(fit.camera.rotation)
-    normals = atlas.at(vertex_normals(vertices, head.faces) @ turn.T)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
-    shade = shading(normals, fit.light)
+    shade = photo_shade(fit, head, vertices, atlas)
     on_skin = atlas.paint(np.ones(len(pixels), np.float32))
     albedo = atlas.paint(reflectance(color, shade))
     weight = without_foreign(albedo, atlas.paint(weight), head)

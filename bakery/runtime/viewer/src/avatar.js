@@ -66,7 +66,7 @@ export class Avatar {
     this.hasPhoto = Boolean(about.atlases.photo);
     this.hasHair = Boolean(about.atlases.hair);
     this.options = {
-      stage: 'studio', dynamic: true, hair: true, mouth: 'image', light: false,
+      stage: 'studio', dynamic: true, hair: true, mouth: 'image', light: null,
       layer: 'color', layerExpression: 'jawOpen', wall: [0.36, 0.37, 0.39], floor: [0.13, 0.135, 0.15],
     };
     this.orbit = { yaw: 0, pitch: 0, zoom: 1, shift: [0, 0] };

@@ -2,7 +2,9 @@
 
 import { projectionMatrix, rotationMatrix, viewMatrix } from './camera.js';
 import { Flow } from './flow.js';
+import { AvatarError } from './data.js';
 import { Program, emptyTexture } from './gl.js';
+import { PIECES } from './glb.js';
 import { nearestGaze } from './mouth.js';
 import { BACKDROP, COMPOSE, FULL, HEAD_FRAGMENT, HEAD_VERTEX, MEDIAN, WEIGHTS } from './shaders.js';
 import { Textures, makeTargets } from './textures.js';
@@ -38,6 +40,7 @@ export class Painter {
   #neighbours = new Float32Array(100);
   #moving = new Float32Array(104);
   #toward; // the photo's view
+  #exposure;
   #blinks;
 
   /**
@@ -63,6 +66,7 @@ export class Painter {
     this.bottom = head.positions.reduce((low, value, k) => (k % 3 === 1 ? Math.min(low, value) : low), 0);
     this.lips = meanDepth(head, 'mouth_sheet');
     this.#toward = rotationMatrix(about.photo_camera.rotation);
+    this.#exposure = meanShade(about.light, head, this.#toward);
     this.#blinks = ['Left', 'Right'].map((eye) => about.expressions.indexOf('eyeBlink' + eye));
     /** What the last frame cost. */
     this.stats = { drawCalls: 0, uniformBytes: 0, milliseconds: 0, medians: 0, compositions: 0 };
@@ -250,13 +254,16 @@ export class Painter {
     gl.uniform1i(head.at('soft'), Number(!exact));
     gl.uniform1f(head.at('scale'), -view.focal / view.translation[2]);
     gl.uniform3fv(head.at('light'), about.light.flat());
+    gl.uniform3fv(head.at('fresh'), rowsOf(options.light ?? about.light));
+    gl.uniformMatrix3fv(head.at('photographed'), true, this.#toward);
+    gl.uniform1f(head.at('exposure'), this.#exposure);
     gl.uniform2fv(head.at('cards'), this.#cards(view, weights));
     gl.uniform1f(head.at('lips'), this.lips);
     gl.uniform1i(head.at('geometry'), Number(options.mouth === 'geometry'));
     gl.uniform2f(head.at('fade'), this.bottom + 2, this.bottom + FADE);
     gl.uniform4fv(head.at('frame'), frame);
     gl.uniform1f(head.at('tall'), view.height);
-    this.stats.uniformBytes += 128 + 8 * count + 48 + 24 + 24 + 108 + 8 + 28 + 8;
+    this.stats.uniformBytes += 128 + 8 * count + 48 + 24 + 24 + 256 + 8 + 28 + 8;
     gl.bindVertexArray(textures.array);
     this.#runs(options.mouth === 'geometry' ? textures.runs.geometry : textures.runs.image);
     if (options.layer === 'color') {
@@ -276,6 +283,36 @@ function smoothstep(ends, x) {
   const [low, high] = ends;
   const t = Math.min(Math.max((x - low) / (high - low), 0), 1);
   return t * t * (3 - 2 * t);
+}
+
+/** A light as the numbers of a uniform. */
+function rowsOf(light) {
+  const numbers = Array.isArray(light) ? light.flat() : [];
+  if (numbers.length !== 27 || !numbers.every(Number.isFinite)) {
+    throw new AvatarError('options.light: give nine rows of three numbers, or null');
+  }
+  return numbers;
+}
+
+/** By how much a face in its photo's light is darker than without: the harmonic mean over what it shows. */
+function meanShade(light, head, turn) {
+  const level = (x, y, z) => {
+    const basis = [0.282095, 0.488603 * y, 0.488603 * z, 0.488603 * x, 1.092548 * x * y, 1.092548 * y * z,
+      0.315392 * (3 * z * z - 1), 1.092548 * x * z, 0.546274 * (x * x - y * y)];
+    return basis.reduce((sum, one, k) => sum + one * (0.2126 * light[k][0] + 0.7152 * light[k][1] + 0.0722 * light[k][2]), 0);
+  };
+  const front = Math.max(level(0, 0, 1), 1e-4);
+  const skin = PIECES.indexOf('skin');
+  let sum = 0;
+  let count = 0;
+  for (let v = 0; v < head.part.length; v++) {
+    const n = [0, 1, 2].map((k) => head.normals[4 * v + k] / 127);
+    const [x, y, z] = [0, 3, 6].map((row) => turn[row] * n[0] + turn[row + 1] * n[1] + turn[row + 2] * n[2]);
+    if (head.part[v] !== skin || z < 0.3) continue;
+    sum += 1 / Math.min(Math.max(level(x, y, z) / front, 0.45), 1.5);
+    count++;
+  }
+  return count ? count / sum : 1;
 }
 
 /** How far forward a piece of the head is at rest, mm. */

@@ -123,7 +123,6 @@ uniform vec2 cards; // how much of the left and of the right eye's lashes shows
 const float BEHIND = 8.0; // mm
 flat out float shows;
 out vec2 uv;
-out vec3 toward;
 out vec3 bent;
 out vec2 place; // mm: height at rest and depth
 flat out uint part;
@@ -135,7 +134,6 @@ void main() {
   uv = texel;
   part = piece;
   bent = normal.xyz;
-  toward = mat3(view) * normal.xyz;
   place = vec2(position.y, p.z);
   shows = position.x < 0.0 ? cards.y : cards.x;
   vec4 seen = view * vec4(p, 1.0);
@@ -150,7 +148,6 @@ export const HEAD_FRAGMENT = `
 precision highp float;
 precision highp sampler2DArray;
 in vec2 uv;
-in vec3 toward;
 in vec3 bent;
 in vec2 place;
 flat in float shows;
@@ -162,7 +159,9 @@ uniform ivec2 eyeCell, eyeCorner;
 uniform vec2 slide; // of the eyes' picture, beyond its own direction
 uniform int layer, shown;
 uniform bool lit, inPhoto, soft, geometry;
-uniform vec3 light[9];
+uniform vec3 light[9], fresh[9]; // the photo's, relative to its camera; another, relative to the head
+uniform mat3 photographed; // head to the photo's camera
+uniform float exposure; // keeps the face as bright as it was, on average
 uniform float lips; // mm: how far forward they are at rest
 uniform vec2 fade; // mm, where the bust ends and where it is whole
 uniform vec4 frame; // of the photo: left, top, width, height in pixels of the target
@@ -197,18 +196,12 @@ vec4 exactCard(vec2 uv) {
   }
   return vec4(sum.rgb / max(sum.a, 1e-6), sum.a);
 }
-float harmonics(vec3 n) {
-  vec3 sum = 0.282095 * light[0] + 0.488603 * (n.y * light[1] + n.z * light[2] + n.x * light[3])
-    + 1.092548 * (n.x * n.y * light[4] + n.y * n.z * light[5] + n.x * n.z * light[7])
-    + 0.315392 * (3.0 * n.z * n.z - 1.0) * light[6] + 0.546274 * (n.x * n.x - n.y * n.y) * light[8];
-  return dot(sum, vec3(0.2126, 0.7152, 0.0722));
+vec3 shine(vec3 rows[9], vec3 n) { // as bakery/geometry/harmonics.py
+  return 0.282095 * rows[0] + 0.488603 * (n.y * rows[1] + n.z * rows[2] + n.x * rows[3])
+    + 1.092548 * (n.x * n.y * rows[4] + n.y * n.z * rows[5] + n.x * n.z * rows[7])
+    + 0.315392 * (3.0 * n.z * n.z - 1.0) * rows[6] + 0.546274 * (n.x * n.x - n.y * n.y) * rows[8];
 }
-float studio(vec3 n) {
-  float key = max(dot(n, normalize(vec3(-0.55, 0.6, 0.65))), 0.0);
-  float fill = 0.5 + 0.5 * dot(n, normalize(vec3(0.7, 0.15, 0.5)));
-  float rim = pow(1.0 - clamp(n.z, 0.0, 1.0), 3.0) * max(n.y + 0.4, 0.0);
-  return 0.85 * key + 0.32 * fill + 0.5 * rim + 0.1;
-}
+float luma(vec3 c) { return dot(c, vec3(0.2126, 0.7152, 0.0722)); }
 float shade(float behind) { return 0.05 + 0.6 * exp(-max(behind, 0.0) / 13.0); }
 vec3 heat(float x) {
   return clamp(vec3(1.9 * x, 2.4 * x - 0.7, 0.25 + 1.6 * x - 2.6 * x * x + 1.2 * x * x * x), 0.0, 1.0);
@@ -254,10 +247,8 @@ void main() {
     c = mix(vec3(uv, 0.35) * (0.55 + 0.35 * check), vec3(0.9), grid * 0.6);
   } else if (lit) {
     vec3 n = normalize(bent);
-    float was = harmonics(n) / max(harmonics(vec3(0.0, 0.0, 1.0)), 0.05);
-    float now = studio(normalize(toward)) / studio(vec3(0.0, 0.0, 1.0));
-    float ratio = clamp(now / max(was, 0.35), 0.15, 2.2);
-    c *= part == 2u ? ratio : mix(1.0, ratio, 0.5);
+    float was = luma(shine(light, photographed * n)) / max(luma(shine(light, vec3(0.0, 0.0, 1.0))), 1e-4);
+    c *= exposure * max(shine(fresh, n), 0.02) / clamp(was, 0.45, 1.5);
   }
   float alpha = 1.0;
   if (inPhoto) {

@@ -138,7 +138,7 @@ class Page {
       section('Take', this.player.element),
       this.gazeAndHead(),
       folded('Sliders', true, this.sliders.element),
-      this.display(),
+      this.display(about.lights),
       this.facts(about),
     );
     this.light.hidden = this.headRows.hidden = avatar.inPhoto;
@@ -184,7 +184,7 @@ class Page {
     return folded('Gaze and head', false, ...this.gazeRows.map((one) => one.row), this.headRows);
   }
 
-  display() {
+  display(lights) {
     const { avatar } = this;
     const { options } = avatar;
     const change = (name) => (value) => {
@@ -218,14 +218,16 @@ class Page {
       legend.hidden = layer.value !== 'coverage';
     } }, ...[['color', 'Colour'], ['mask', 'Activation mask'], ['coverage', 'What the photo showed'], ['uv', 'Texture coordinates']]
       .map(([value, word]) => make('option', { value }, word)));
-    this.light = toggle('Studio light', options.light, change('light'));
+    const light = make('select', { id: 'light', onchange: () => change('light')(lights[light.value] ?? null) },
+      ...['photo', ...Object.keys(lights)].map((value) => make('option', { value }, value === 'photo' ? 'As photographed' : words(value))));
+    this.light = make('div', { className: 'pair' }, make('label', { for: 'light' }, 'Light'), light);
     const hair = toggle('Hair', options.hair, change('hair'));
     hair.hidden = !avatar.hasHair;
     return folded('Display', false,
       make('div', { className: 'pair' }, 'Texture', texture),
       make('div', { className: 'pair' }, 'Mouth', mouth),
       make('div', { className: 'pair' }, make('label', { for: 'layer' }, 'Layer'), layer, which), legend,
-      make('div', { className: 'pair' }, this.light, hair),
+      this.light, make('div', { className: 'pair' }, hair),
       make('div', { className: 'tools' }, make('button', { type: 'button', onclick: () => this.picture() }, 'Save picture')));
   }
 
