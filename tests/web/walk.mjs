@@ -197,7 +197,7 @@ async function layers() {
 function sides() {
   const { avatar } = window;
   const { width, height } = avatar.canvas;
-  const still = new OffscreenCanvas(width, height).getContext('2d');
+  const still = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
   const even = Array.from({ length: 9 }, (_, k) => Array(3).fill(k ? 0 : 1 / 0.282095));
   const left = even.map((row, k) => (k === 3 ? Array(3).fill(0.9 / 0.488603) : row));
   const both = [left, even].map((light) => {

@@ -18,7 +18,7 @@ from bakery.stages.texture.database import SkinDatabase
 FITTED = 256  # texels on a side, at which amounts are found
 # The basis counts within the face's contour and fades into one plain tone towards it: beyond, people's
 # hair, grazing light and ears are in it. Scale of the contour, and blur over the atlas's side.
-WITHIN, FADE = 0.86, 1 / 40
+WITHIN, FADE = 0.72, 1 / 35
 # What the modes leave of a texel, as a standard deviation of the logarithm, times the square root of the
 # texels that err alike (about 300 of FITTED).
 NOISE = 5.0
