@@ -22,9 +22,6 @@ def bundle(
     output,
     preset,
     settings,
-    resolution,
-    neutral,
-    complete,
     **request,
 ):
     """Pack what was made of PHOTO into a bundle.
