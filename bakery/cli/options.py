@@ -71,8 +71,9 @@ neutral = click.option(
     "--neutral", type=click.Choice(["rest", "keep"]),
     help="Take the photo's expression out of the neutral skin (rest), or keep it.",
 )  # fmt: skip
+ways = click.Choice(["none", "mirror", "quick", "synthesize"])
 completion = click.option(
-    "--complete", type=click.Choice(["none", "mirror", "quick"]),
+    "--complete", type=ways,
     help="How to fill in skin that the photo does not show (quick).",
 )  # fmt: skip
 fitted = click.option("--fit", "fitted", required=True, type=PATH, help="From `fit`.")

@@ -23,7 +23,7 @@ class TextureOptions(Settings):
     mouths: int = setting(300, "mouth poses that are baked", 1, 300)
     complete: str = setting(
         "quick", "how skin that the photo does not show is filled in",
-        choices=("none", "mirror", "quick"),
+        choices=("none", "mirror", "quick", "synthesize"),
     )  # fmt: skip
     neutral: str = setting(
         "rest", "neutral skin of a photo with an expression", choices=("rest", "keep")
