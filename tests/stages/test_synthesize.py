@@ -110,7 +110,7 @@ def test_rows_of_bands():
 
 
 def test_hidden_skin_gets_the_energy_of_the_seen(head, rng):
-    """Grain of a skin is halved in a hidden half: it comes back; what is seen stays to the bit."""
+    """Grain of a skin is weakened in a hidden half: it comes back; what is seen stays to the bit."""
     atlas = make_atlas(head, SIZE).take("skin")
     windows = windows_of(head, atlas)
     on_skin = atlas.paint(np.ones(len(atlas.index), np.float32))
@@ -119,7 +119,7 @@ def test_hidden_skin_gets_the_energy_of_the_seen(head, rng):
     hidden = np.zeros((SIZE, SIZE), np.float32)
     hidden[:, SIZE // 2 :] = 1
     hidden *= on_skin
-    start = np.where(hidden[..., None] > 0, 0.3 * np.exp(grain / 2), truth).astype(np.float32)
+    start = np.where(hidden[..., None] > 0, 0.3 * np.exp(0.75 * grain), truth).astype(np.float32)
     wanted = correlations(truth, on_skin, windows)
     wanted = Correlations(wanted.gram, (wanted.known > 0).astype(np.float32))
     found = synthesized(start, hidden, on_skin, wanted, windows)
@@ -132,7 +132,7 @@ def test_hidden_skin_gets_the_energy_of_the_seen(head, rng):
         return float(np.log(albedo @ LUMA).reshape(-1)[inside].std())
 
     # NEAR holds some of it back.
-    assert 0.8 * strength(truth) < strength(found) < 1.05 * strength(truth)
+    assert 0.9 * strength(truth) < strength(found) < 1.05 * strength(truth)
 
 
 def test_nothing_hidden(head):

@@ -8,7 +8,7 @@ Of the correlations only those of bands with themselves are matched. Derivatives
 make pocks: blends of several people's have no picture without them (docs/log-rest.md).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from bakery.stages.texture.correlations import (
 STEPS = 30  # of L-BFGS
 TONE = 3.0  # weight of the low-frequency tone against the correlations
 NEAR = 4.0  # weight of the change itself: without it, a few texels change much, which makes pocks
+MOST = 2.0  # times the mean square of the start: beside brows, more would make crumbs of skin
 FEWEST = 40  # hidden texels of a window
 FLOOR = 0.1  # of a feature's usual mean square, by which windows with less of it count
 
@@ -47,12 +48,20 @@ class Grid:
     def off(self, bands: np.ndarray, slopes: np.ndarray) -> float:
         """How far bands [OCTAVES, H * W] are from what is wanted; its slopes are added to `slopes`."""
         features = split_by_sign(bands[:, self.number])
-        energy = np.add.reduceat(features**2, self.starts, axis=1) / self.count
-        off = energy / self.usual - self.wanted
+        off = self.shares(features) - self.wanted
         pull = (4 * self.weight * off / (self.usual * self.count)).astype(np.float32)
         slope = np.repeat(pull, self.count, axis=1) * features
         slopes[:, self.number] += slope[0::2] - slope[1::2]
         return float((self.weight * off**2).sum())
+
+    def shares(self, features: np.ndarray) -> np.ndarray:
+        """Mean squares [f, W] of features [f, N] over the usual ones."""
+        return np.add.reduceat(features**2, self.starts, axis=1) / self.count / self.usual
+
+    def within_reach(self, bands: np.ndarray) -> "Grid":
+        """The same, with no more wanted than MOST times what bands [OCTAVES, H * W] have."""
+        has = self.shares(split_by_sign(bands[:, self.number]))
+        return replace(self, wanted=np.minimum(self.wanted, MOST * has))
 
 
 class Objective:
@@ -79,12 +88,13 @@ class Objective:
         self.luma, self.share = luma, hidden.reshape(-1)
         self.free = np.flatnonzero(self.share > 0)
         self.filters = Filters(on_skin, size)
-        self.tone = self.filters.levels(luma)[-1]
+        levels = self.filters.levels(luma)
+        self.tone = levels[-1]
         hides = self.share[number]
         # A second grid half a window off, so that no borders of windows show.
         energies, known = wanted_of(wanted), wanted.known > 0.5
         self.grids = [
-            grid
+            grid.within_reach(_bands(levels).reshape(-1, luma.size))
             for shift, of in ((0, (energies, known)), (0.5, halfway(energies, known)))
             if (grid := grid_of(number, place + shift, hides, *of)) is not None
         ]
@@ -102,7 +112,7 @@ class Objective:
     def __call__(self, change: np.ndarray) -> tuple[float, np.ndarray]:
         """Value and gradient [n] at a change of the free texels [n]."""
         levels = self.filters.levels(self.at(change))
-        bands = np.stack([fine - coarse for fine, coarse in zip(levels, levels[1:])])
+        bands = _bands(levels)
         slopes = np.zeros((len(bands), self.luma.size), np.float32)
         value = sum(grid.off(bands.reshape(slopes.shape), slopes) for grid in self.grids)
         slopes = slopes.reshape(bands.shape)
@@ -113,6 +123,10 @@ class Objective:
         gradient = self.filters.levels_adjoint(of_levels).reshape(-1)[self.free]
         value += float((off**2).sum()) + self.near * float((change**2).sum())
         return value, gradient * self.share[self.free] + 2 * self.near * change
+
+
+def _bands(levels: list[np.ndarray]) -> np.ndarray:
+    return np.stack([fine - coarse for fine, coarse in zip(levels, levels[1:])])
 
 
 def wanted_of(wanted: Correlations) -> np.ndarray:
