@@ -1,11 +1,13 @@
 """Synthesis of hidden skin: gradients against finite differences, and energies that are known."""
 
+import cv2
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from bakery.geometry.color import LUMA
 from bakery.stages.atlas import make_atlas
+from bakery.stages.texture import complete
 from bakery.stages.texture.correlations import (
     FEATURES,
     KINDS,
@@ -133,6 +135,31 @@ def test_hidden_skin_gets_the_energy_of_the_seen(head, rng):
 
     # NEAR holds some of it back.
     assert 0.9 * strength(truth) < strength(found) < 1.05 * strength(truth)
+
+
+def test_a_denser_atlas_is_changed_alike(head, rng, monkeypatch):
+    """Beyond the database's density the change is found there and enlarged; the rest stays."""
+    monkeypatch.setattr(complete, "DENSITY", SIZE)
+    dense = 2 * SIZE
+    atlas = make_atlas(head, dense).take("skin")
+    on_skin = atlas.paint(np.ones(len(atlas.index), np.float32))
+    coarse = rng.normal(size=(SIZE, SIZE)).astype(np.float32) * 0.1
+    grain = cv2.resize(coarse, (dense, dense), interpolation=cv2.INTER_CUBIC)[..., None]
+    hidden = on_skin.copy()
+    hidden[:, :SIZE] = 0
+    start = 0.3 * np.exp(grain) * np.ones(3, np.float32)
+    windows = windows_of(head, atlas)
+    found = complete._at_density(start, hidden, on_skin, wanted_everywhere(0.01), head, windows)
+    assert_array_equal(found[hidden == 0], start[hidden == 0])
+    change = np.log(found / start)[..., 0]
+    chart = np.zeros(dense * dense, np.float32)
+    chart[atlas.index[windows.number >= 0]] = 1
+    inner = cv2.erode(chart.reshape(dense, dense) * hidden, np.ones((9, 9))) > 0
+    assert np.abs(change[inner]).mean() > 0.01
+    small = cv2.resize(change, (SIZE, SIZE), interpolation=cv2.INTER_AREA)
+    again = cv2.resize(small, (dense, dense), interpolation=cv2.INTER_CUBIC)
+    # There and back loses what is finer than the smaller atlas: nothing of it was put in.
+    assert np.abs(again - change)[inner].mean() < 0.4 * np.abs(change)[inner].mean()
 
 
 def test_nothing_hidden(head):
