@@ -13,6 +13,7 @@ LESS, FLATTER = (
 TRIES = 12  # of a line search
 
 Objective = Callable[[np.ndarray], tuple[float, np.ndarray]]
+Pairs = deque[tuple[np.ndarray, np.ndarray, float]]  # step, change of the gradient, their product
 
 
 def minimize(objective: Objective, start: np.ndarray, steps: int, tiny: float = 1e-8) -> np.ndarray:
@@ -30,7 +31,7 @@ def minimize(objective: Objective, start: np.ndarray, steps: int, tiny: float = 
     """
     x = start
     value, slope = objective(x)
-    pairs: deque[tuple[np.ndarray, np.ndarray, float]] = deque(maxlen=MEMORY)
+    pairs: Pairs = deque(maxlen=MEMORY)
     for _ in range(steps):
         if np.abs(slope).max(initial=0) <= tiny:
             break
@@ -49,7 +50,7 @@ def minimize(objective: Objective, start: np.ndarray, steps: int, tiny: float = 
     return x
 
 
-def _direction(slope: np.ndarray, pairs: deque) -> np.ndarray:
+def _direction(slope: np.ndarray, pairs: Pairs) -> np.ndarray:
     """Against the gradient, by the inverse Hessian that the pairs tell of: two-loop recursion."""
     way = -slope
     amounts = []

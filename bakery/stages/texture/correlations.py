@@ -79,14 +79,14 @@ class Filters:
         self.reaches = [max(round(scale), 1) for scale in scales]
         masses = [cv2.GaussianBlur(weight, (0, 0), sigma) for sigma in self.sigmas]
         self.found = [mass > 1e-3 for mass in masses]
-        self.gains = [ok / np.maximum(mass, 1e-3) for ok, mass in zip(self.found, masses)]
+        self.masses = [np.maximum(mass, 1e-3) for mass in masses]
 
     def levels(self, luma: np.ndarray) -> list[np.ndarray]:
         """A log-luma [H, W], and ever more blurred: OCTAVES + 1 pictures."""
         weighted = luma * self.weight
         out = [luma]
-        for sigma, found, gain in zip(self.sigmas, self.found, self.gains):
-            blurred = cv2.GaussianBlur(weighted, (0, 0), sigma) * gain
+        for sigma, found, mass in zip(self.sigmas, self.found, self.masses):
+            blurred = cv2.GaussianBlur(weighted, (0, 0), sigma) / mass
             out.append(np.where(found, blurred, luma).astype(np.float32))
         return out
 
@@ -102,8 +102,8 @@ class Filters:
     def levels_adjoint(self, slopes: list[np.ndarray]) -> np.ndarray:
         """What slopes of the levels mean for the log-luma [H, W]."""
         out = slopes[0].copy()
-        for sigma, found, gain, slope in zip(self.sigmas, self.found, self.gains, slopes[1:]):
-            out += self.weight * cv2.GaussianBlur(slope * gain, (0, 0), sigma)
+        for sigma, found, mass, slope in zip(self.sigmas, self.found, self.masses, slopes[1:]):
+            out += self.weight * cv2.GaussianBlur(found * slope / mass, (0, 0), sigma)
             out += np.where(found, 0, slope)
         return out
 
