@@ -25,6 +25,7 @@ class Pictures:
 # Of two numbers the second is for each 1024 x 1024 texels.
 DETECT, SEGMENT, FIT = 34.0, 10.0, 54.0  # the first with what is loaded for it
 NEUTRAL, MASK, BUNDLE = (2.5, 95.0), (0.4, 15.0), (89.0, 37.0)
+SYNTHESIS = 25.0  # of 1024 x 1024 texels; denser atlases take as long
 PACKED = 0.2  # of the bundle, for each mouth
 PAINTED = {"pagan": Pictures(8.5, 2.2, 1.75), "rendered": Pictures(4.5, 1.6, 0.5)}
 KEY, GAZE, MOUTH = (1.75, 2.25), (0.0, 0.19), (0.0, 0.25)  # a picture's way into its texture
@@ -82,12 +83,14 @@ def plan(
     painted = PAINTED.get(generator, PAINTED["pagan"])
     key = painted.view * len(texture.views) + _of(KEY, texels)
     gaze, mouth = painted.gaze + _of(GAZE, texels), painted.mouth + _of(MOUTH, texels)
+    synthesis = SYNTHESIS * min(texels, 1.0) * (texture.complete == "synthesize")
+    neutral = _of(NEUTRAL, texels) + synthesis
     bundle = _of(BUNDLE, texels) + PACKED * mouths
     return {
         "detect": (DETECT, 1),
         "segment": (SEGMENT, 1),
         "fit": (FIT, 1),
-        "neutral": (_of(NEUTRAL, texels), 1),
+        "neutral": (neutral, 1),
         "key": (keys * key / cores, keys),
         "gaze": (gazes * gaze / cores, gazes),
         "mouth": (mouths * mouth / cores, mouths),

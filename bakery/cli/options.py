@@ -84,8 +84,9 @@ neutral = click.option(
     "--neutral", type=click.Choice(["rest", "keep"]), **_sets("neutral"),
     help="Take the photo's expression out of the neutral skin and shape (rest), or keep it.",
 )  # fmt: skip
+ways = click.Choice(["none", "mirror", "quick", "synthesize"])
 completion = click.option(
-    "--complete", type=click.Choice(["none", "mirror", "quick"]), **_sets("complete"),
+    "--complete", type=ways, **_sets("complete"),
     help="How to fill in skin that the photo does not show (quick).",
 )  # fmt: skip
 keep_glasses = click.option(

@@ -34,6 +34,17 @@ def long(options, **arguments):
     return {step: runs for step, (runs, _) in plan(options, **arguments).items()}
 
 
+def test_synthesis_takes_time_but_no_more_in_denser_atlases():
+    def more(resolution):
+        quick, slow = (
+            long(with_texture(complete=name, resolution=resolution))["neutral"]
+            for name in ("quick", "synthesize")
+        )
+        return slow - quick
+
+    assert 0 < more(512) < more(1024) == pytest.approx(more(4096))
+
+
 def test_an_estimate_is_the_sum_of_the_plan():
     for options in (DEFAULT, preset("small"), preset("mobile")):
         assert estimate(options).seconds == pytest.approx(0.1 * sum(long(options).values()))

@@ -20,16 +20,25 @@ from bakery.cli import options
 )
 @click.option("--pictures", type=click.Path(path_type=Path), help="Folder of side-by-side PNGs.")
 @click.option("--only", multiple=True, help="Name of a photo; may be repeated.")
+@click.option(
+    "--way",
+    "chosen",
+    multiple=True,
+    type=options.ways,
+    help="Way to complete; may be repeated (all).",
+)
 @options.overwrite
-def complete(portraits, head, resolution, start, pictures, only, overwrite):
+def complete(portraits, head, resolution, start, pictures, only, chosen, overwrite):
     """Mouth and chin, forehead and half of faces, hidden and completed in each way."""
     options.may_fill(pictures, overwrite)
     from bakery.evaluate import completion
     from bakery.heads.file import load_head
 
+    ways = completion.ways()
+    ways = {name: way for name, way in ways.items() if name in (chosen or ways)}
     results = []
     for name, scores in completion.everybody(
-        portraits, load_head(head), completion.ways(), start, resolution, pictures, only
+        portraits, load_head(head), ways, start, resolution, pictures, only
     ):
         rows = {
             region: {way: vars(one) for way, one in of.items()} for region, of in scores.items()

@@ -23,7 +23,7 @@ class TextureOptions(Settings):
     mouths: int = setting(300, "mouth poses that are baked", 1, 300)
     complete: str = setting(
         "quick", "how skin that the photo does not show is filled in",
-        choices=("none", "mirror", "quick"),
+        choices=("none", "mirror", "quick", "synthesize"),
     )  # fmt: skip
     glasses: str = setting(
         "remove", "frames of glasses: taken off, or kept as a layer over the skin",

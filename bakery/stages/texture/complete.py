@@ -10,11 +10,18 @@ from bakery.geometry.fill import diffuse
 from bakery.geometry.noise import value_noise
 from bakery.heads.base import HeadModel
 from bakery.landmarks import LIPS_INNER, OVAL
-from bakery.stages.atlas import Atlas, uv_polygon
-from bakery.stages.texture.correlations import correlations, windows_of
+from bakery.stages.atlas import Atlas, make_atlas, uv_polygon
+from bakery.stages.texture.correlations import (
+    DENSITY,
+    Correlations,
+    Windows,
+    correlations,
+    windows_of,
+)
 from bakery.stages.texture.database import blended, load_database
 from bakery.stages.texture.grain import own_grain
 from bakery.stages.texture.shaped import shaped
+from bakery.stages.texture.synthesize import synthesized
 from bakery.stages.texture.tone import likely_tone
 from bakery.stages.texture.unwrap import PartialAlbedo
 
@@ -25,7 +32,7 @@ LEVELED = 0.85  # of the difference of slanting tones that goes
 DARKER = 1.0  # log of what a shadow takes away, at most
 LEVEL_BLUR = 1 / 70  # of the atlas's side: what is finer is detail
 MUCOSA = np.array([0.92, 0.66, 0.68], np.float32)  # wet inside of the lips over their outside
-METHODS = ("none", "mirror", "quick")
+METHODS = ("none", "mirror", "quick", "synthesize")
 GRAIN_WAVELENGTHS = (0.9, 1.8, 3.6)  # mm; pores to small blotches
 
 
@@ -52,10 +59,11 @@ def complete(
         atlas: Atlas of the head's skin.
         method: of METHODS. "none" continues tones smoothly; "mirror" takes the other half of the face
             where only that was seen, and adds noise; "quick" adds likely tones of the face and the
-            person's own grain, shaped as the skin database says.
+            person's own grain, shaped as the skin database says; "synthesize" goes on from there
+            until hidden skin has the energies that the database says, lighter and darker.
 
     Raises:
-        ModelError: "quick", and the skin database cannot be read.
+        ModelError: "quick" or "synthesize", and the skin database cannot be read.
     """
     on_skin, seen, observed = partial.on_skin, partial.seen, partial.albedo
     well = seen > 0.9
@@ -66,7 +74,8 @@ def complete(
     trusted = _trusted(known, head, atlas.size)
     low = cv2.GaussianBlur(joined * known[..., None], (0, 0), atlas.size / 170)
     low /= np.maximum(cv2.GaussianBlur(known, (0, 0), atlas.size / 170), 1e-3)[..., None]
-    if method == "quick":
+    wanted = None
+    if method in ("quick", "synthesize"):
         database = load_database()
         sure = trusted * even
         likely = likely_tone(joined, sure, head, database)
@@ -91,7 +100,36 @@ def complete(
     source = np.select(
         [on_skin == 0, seen >= 0.5, known >= 0.5], [0, OBSERVED, MIRRORED], INFERRED
     ).astype(np.uint8)
-    return CompleteAlbedo(joined * share + inferred * (1 - share), source, tone)
+    albedo = joined * share + inferred * (1 - share)
+    if method == "synthesize" and wanted is not None:
+        albedo = _at_density(albedo, 1 - share[..., 0], on_skin, wanted, head, windows)
+    return CompleteAlbedo(albedo, source, tone)
+
+
+def _at_density(
+    albedo: np.ndarray,
+    hidden: np.ndarray,
+    on_skin: np.ndarray,
+    wanted: Correlations,
+    head: HeadModel,
+    windows: Windows,
+) -> np.ndarray:
+    """`synthesized`, at DENSITY where the atlas is denser: of finer octaves the database knows nothing.
+
+    They stay those of the person's own grain.
+    """
+    if windows.atlas.size <= DENSITY:
+        return synthesized(albedo, hidden, on_skin, wanted, windows)
+    small, mask, skin = (
+        cv2.resize(picture, (DENSITY, DENSITY), interpolation=cv2.INTER_AREA)
+        for picture in (albedo, hidden, on_skin)
+    )
+    coarse = windows_of(head, make_atlas(head, DENSITY).take("skin"))
+    changed = synthesized(small, mask, (skin > 0.5).astype(np.float32), wanted, coarse)
+    change = log_ratio(changed, small).mean(2) * (skin > 0.5)
+    size = (windows.atlas.size,) * 2
+    large = cv2.resize(change, size, interpolation=cv2.INTER_CUBIC)
+    return albedo * np.exp(large * np.clip(hidden, 0, 1))[..., None]
 
 
 def with_mirror(partial: PartialAlbedo) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

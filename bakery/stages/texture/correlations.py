@@ -59,27 +59,53 @@ def windows_of(head: HeadModel, atlas: Atlas) -> Windows:
     return Windows(atlas, place, number, size)
 
 
-def levels(luma: np.ndarray, weight: np.ndarray) -> list[np.ndarray]:
-    """A log-luma [T, T] ever more blurred, over what has weight [T, T]: OCTAVES + 1 pictures."""
-    out = [luma]
-    for octave in range(OCTAVES):
-        sigma = max(0.7 * 2**octave * len(luma) / DENSITY, 0.3)
-        mass = cv2.GaussianBlur(weight, (0, 0), sigma)
-        blurred = cv2.GaussianBlur(luma * weight, (0, 0), sigma) / np.maximum(mass, 1e-3)
-        out.append(np.where(mass > 1e-3, blurred, luma).astype(np.float32))
-    return out
+class Filters:
+    """The linear part of the features: Gaussian bands and their derivatives, over what has weight.
 
+    The adjoint is exact for what is nonzero only farther than REACH from the picture's border.
+    """
 
-def linear_features(luma: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """Band and derivatives of each octave [3 * OCTAVES, T, T] of a log-luma [T, T]."""
-    out = []
-    pyramid = levels(luma, weight)
-    for octave, (fine, coarse) in enumerate(zip(pyramid, pyramid[1:])):
-        reach = max(round(2**octave * len(luma) / DENSITY), 1)
-        out.append(fine - coarse)
-        for axis in (1, 0):
-            out.append((np.roll(fine, -reach, axis) - np.roll(fine, reach, axis)) / 2)
-    return np.stack(out)
+    REACH = 4 * 0.7 * 2 ** (OCTAVES - 1) + 2  # texels of DENSITY that the widest blur reaches
+
+    def __init__(self, weight: np.ndarray, size: int) -> None:
+        """Prepare filters for pictures [H, W].
+
+        Args:
+            weight: [H, W] float32 0..1; size: texels on a side of the atlas they are cut from.
+        """
+        self.weight = weight
+        scales = [2**octave * size / DENSITY for octave in range(OCTAVES)]
+        self.sigmas = [max(0.7 * scale, 0.3) for scale in scales]
+        self.reaches = [max(round(scale), 1) for scale in scales]
+        masses = [cv2.GaussianBlur(weight, (0, 0), sigma) for sigma in self.sigmas]
+        self.found = [mass > 1e-3 for mass in masses]
+        self.masses = [np.maximum(mass, 1e-3) for mass in masses]
+
+    def levels(self, luma: np.ndarray) -> list[np.ndarray]:
+        """A log-luma [H, W], and ever more blurred: OCTAVES + 1 pictures."""
+        weighted = luma * self.weight
+        out = [luma]
+        for sigma, found, mass in zip(self.sigmas, self.found, self.masses):
+            blurred = cv2.GaussianBlur(weighted, (0, 0), sigma) / mass
+            out.append(np.where(found, blurred, luma).astype(np.float32))
+        return out
+
+    def features(self, pyramid: list[np.ndarray]) -> np.ndarray:
+        """Band and derivatives of each octave [3 * OCTAVES, H, W], of levels."""
+        out = []
+        for reach, fine, coarse in zip(self.reaches, pyramid, pyramid[1:]):
+            out.append(fine - coarse)
+            for axis in (1, 0):
+                out.append((np.roll(fine, -reach, axis) - np.roll(fine, reach, axis)) / 2)
+        return np.stack(out)
+
+    def levels_adjoint(self, slopes: list[np.ndarray]) -> np.ndarray:
+        """What slopes of the levels mean for the log-luma [H, W]."""
+        out = slopes[0].copy()
+        for sigma, found, mass, slope in zip(self.sigmas, self.found, self.masses, slopes[1:]):
+            out += self.weight * cv2.GaussianBlur(found * slope / mass, (0, 0), sigma)
+            out += np.where(found, 0, slope)
+        return out
 
 
 def correlations(albedo: np.ndarray, seen: np.ndarray, windows: Windows) -> Correlations:
@@ -94,9 +120,9 @@ def correlations(albedo: np.ndarray, seen: np.ndarray, windows: Windows) -> Corr
     sure = cv2.erode(known, np.ones((reach, reach), np.uint8)).reshape(-1)[windows.atlas.index]
     rows = np.flatnonzero((sure > 0) & (windows.number >= 0))
     order = rows[np.argsort(windows.number[rows], kind="stable")]
-    linear = linear_features(luma, known).reshape(3 * OCTAVES, -1)[:, windows.atlas.index[order]]
-    features = np.empty((FEATURES, len(order)), np.float32)
-    features[0::2], features[1::2] = np.maximum(linear, 0), np.maximum(-linear, 0)
+    filters = Filters(known, len(luma))
+    linear = filters.features(filters.levels(luma)).reshape(3 * OCTAVES, -1)
+    features = split_by_sign(linear[:, windows.atlas.index[order]])
     count = np.bincount(windows.number[order], minlength=WINDOWS**2)
     ends = np.concatenate([[0], np.cumsum(count)])
     gram = np.zeros((WINDOWS**2, FEATURES, FEATURES), np.float32)
@@ -105,3 +131,11 @@ def correlations(albedo: np.ndarray, seen: np.ndarray, windows: Windows) -> Corr
         gram[window] = part @ part.T / count[window]
     share = (count / np.maximum(windows.size, 1)).astype(np.float32)
     return Correlations(gram, share * (share > LEAST))
+
+
+def split_by_sign(linear: np.ndarray) -> np.ndarray:
+    """What is lighter and what is darker of each of the linear features [n, N]: [2 n, N]."""
+    out = np.empty((2 * len(linear),) + linear.shape[1:], linear.dtype)
+    np.maximum(linear, 0, out=out[0::2])
+    np.maximum(-linear, 0, out=out[1::2])
+    return out

@@ -9,8 +9,8 @@ from bakery.stages.texture.correlations import (
     OCTAVES,
     WINDOWS,
     Correlations,
+    Filters,
     Windows,
-    levels,
 )
 
 GAIN = (0.1, 2.0)  # of a band of the person's own grain: more would show crumbs
@@ -33,8 +33,9 @@ def shaped(
     """
     on_skin = windows.atlas.paint(np.ones(len(windows.number), np.float32))
     luma = grain @ LUMA
-    own = levels(luma, on_skin)
-    smooth = levels(np.log(np.maximum(base @ LUMA, 2e-3)), on_skin)
+    filters = Filters(on_skin, len(luma))
+    own = filters.levels(luma)
+    smooth = filters.levels(np.log(np.maximum(base @ LUMA, 2e-3)))
     aim = wanted.energy()
     out = grain - luma[..., None] + own[-1][..., None]
     strength = np.zeros_like(luma)
