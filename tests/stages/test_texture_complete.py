@@ -25,7 +25,7 @@ from bakery.stages.texture.correlations import (
     OCTAVES,
     WINDOWS,
     Correlations,
-    levels,
+    Filters,
     windows_of,
 )
 from bakery.stages.texture.grain import own_grain
@@ -119,7 +119,7 @@ def test_grain_gets_the_energy_that_is_wanted(head, atlas):
     on_skin = atlas.paint(np.ones(len(atlas.index), np.float32))
 
     def energies(luma):
-        pyramid = levels(luma.astype(np.float32), on_skin)
+        pyramid = Filters(on_skin, SIZE).levels(luma.astype(np.float32))
         bands = np.stack([a - b for a, b in zip(pyramid, pyramid[1:])])
         inside = windows.number >= 0
         return (bands.reshape(OCTAVES, -1)[:, atlas.index[inside]] ** 2).mean(1)

@@ -5,7 +5,7 @@ start has the person's own grain, the correlations are windowed, and only the lu
 follows. What the photo shows stays as it is and counts in its windows.
 
 Of the correlations only those of bands with themselves are matched. Derivatives and products of octaves
-make pocks: blends of several people's have no picture without them (docs/log-rest.md).
+make pocks: blends of several people's have no picture without them (docs/log-skin.md).
 """
 
 from dataclasses import dataclass, replace
