@@ -114,7 +114,13 @@ def staged(target, overwrite):
             yield folder
             sync_folder(folder)
             check_place(target, overwrite)
-            _swap(folder, target, hidden)
+            try:
+                _swap(folder, target, hidden)
+            except OSError as error:
+                if not overwrite or error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
+                    raise
+                check_place(target, overwrite)  # another run took the empty place in between
+                _swap(folder, target, hidden)
             with contextlib.suppress(OSError):  # a folder that may be written to, but not be read
                 sync_path(target.parent)  # the new one is there for good before the old one goes
     except OSError as error:

@@ -1,5 +1,6 @@
 """Folders appear complete or not at all, whatever happens meanwhile."""
 
+import contextlib
 import json
 import os
 import shutil
@@ -7,6 +8,7 @@ import signal
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
@@ -200,6 +202,30 @@ def test_work_entries_are_known_by_key_and_hash(tmp_path):
         with work_folder(tmp_path / "a.avatar") as other:  # at once: not shared
             assert other.folder != work.folder
     assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("overwrite", [True, False])
+def test_a_place_that_is_taken_in_between(tmp_path, monkeypatch, overwrite):
+    """Two first runs of one bundle end together: the later one replaces the other only if it may."""
+    target, rename = tmp_path / "a.avatar", os.rename
+
+    def late(source, goal):
+        if Path(goal) == target and not target.exists():
+            target.mkdir()
+            (target / "avatar.json").write_text(manifest("other", "big"))
+            (target / "big").write_text("other")
+        rename(source, goal)
+
+    monkeypatch.setattr(os, "rename", late)
+    taken = pytest.raises(InputError, match="appeared while this was made")
+    with (
+        contextlib.nullcontext() if overwrite else taken,
+        place.staged(target, overwrite) as folder,
+    ):
+        (folder / "avatar.json").write_text(manifest("mine", "big"))
+        (folder / "big").write_text("mine")
+    assert told(target) == (target / "big").read_text() == ("mine" if overwrite else "other")
+    assert os.listdir(tmp_path) == [target.name]
 
 
 def test_many_at_once_leave_nothing_behind(tmp_path):
