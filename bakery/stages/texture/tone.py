@@ -16,9 +16,10 @@ from bakery.stages.fit.albedo import load_albedo, vertex_chart
 from bakery.stages.texture.database import SkinDatabase
 
 FITTED = 256  # texels on a side, at which amounts are found
-# The basis counts within the face's contour and fades into one plain tone towards it: beyond, people's
-# hair, grazing light and ears are in it. Scale of the contour, and blur over the atlas's side.
-WITHIN, FADE = 0.72, 1 / 35
+# The basis counts within the face's contour and fades into one plain tone towards it: beyond, and before
+# the ears, people's hair and grazing light are in it. Scale of the contour, of its width alone, and blur
+# over the atlas's side.
+WITHIN, NARROW, FADE = 0.92, 0.72, 1 / 35
 # What the modes leave of a texel, as a standard deviation of the logarithm, times the square root of the
 # texels that err alike (about 300 of FITTED).
 NOISE = 5.0
@@ -58,8 +59,11 @@ def _on_atlas(
     """
     atlas = make_atlas(head, size).take("skin")
     place = atlas.at(vertex_chart(head, load_albedo()))
-    within = cv2.GaussianBlur(uv_polygon(head, OVAL, WITHIN, size), (0, 0), FADE * size)
-    share = within.reshape(-1)[atlas.index]
+    within = uv_polygon(head, OVAL, WITHIN, size)
+    across = head.landmark_uv()[OVAL, 0] * size
+    middle, half = (across.max() + across.min()) / 2, np.ptp(across) / 2
+    within[:, np.abs(np.arange(size) + 0.5 - middle) > NARROW * half] = 0
+    share = cv2.GaussianBlur(within, (0, 0), FADE * size).reshape(-1)[atlas.index]
     pixels = np.clip(place, 0, 1) * charts.shape[1]
     return atlas.index, np.stack([bilinear(chart, pixels) for chart in charts]), share
 
