@@ -12,6 +12,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from bakery.formats.tensors import write_tensors
 from bakery.geometry import camera as cameras
 from bakery.geometry import harmonics, mesh
 from bakery.geometry.color import LUMA, to_linear
@@ -227,15 +228,13 @@ def learn(subjects, head, options=DEFAULTS):
 
 def save(basis, path):
     """Write the basis as safetensors, half precision."""
-    from safetensors.numpy import save_file
-
     arrays = {
         "mean": basis.mean.astype(np.float16),
         "modes": basis.modes.astype(np.float16),
         "layout": basis.layout.astype(np.float32),
         "light": basis.light.astype(np.float32),
     }
-    save_file({key: np.ascontiguousarray(value) for key, value in arrays.items()}, path)
+    write_tensors(arrays, path)
 
 
 def model_card(basis, metrics, path, commit):

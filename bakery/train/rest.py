@@ -18,6 +18,7 @@ from bakery.bake.options import BuildOptions
 from bakery.formats.files import digest_file
 from bakery.formats.image import read_photo
 from bakery.formats.portraits import landmarks_of, reference_points
+from bakery.formats.tensors import write_tensors
 from bakery.geometry.sample import bilinear
 from bakery.stages.fit.albedo import load_albedo
 from bakery.stages.fit.lids import close_lids
@@ -177,10 +178,8 @@ def left_out_error(known: Ratios, options=DEFAULTS) -> dict:
 
 def save(basis: RestBasis, path) -> None:
     """Write the basis as safetensors, half precision."""
-    from safetensors.numpy import save_file
-
     arrays = {"modes": basis.modes.astype(np.float16), "response": basis.response}
-    save_file({key: np.ascontiguousarray(value) for key, value in arrays.items()}, path)
+    write_tensors(arrays, path)
 
 
 def model_card(basis: RestBasis, metrics: dict, path: Path, commit: str) -> dict:

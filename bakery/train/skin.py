@@ -11,6 +11,7 @@ from bakery.bake.options import BuildOptions
 from bakery.formats.files import digest_file
 from bakery.formats.image import read_photo
 from bakery.formats.portraits import landmarks_of, reference_points
+from bakery.formats.tensors import write_tensors
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import make_atlas
 from bakery.stages.texture.correlations import (
@@ -106,8 +107,6 @@ def left_out_error(found: list[Seen], head: HeadModel) -> dict[str, float]:
 
 def save(database: SkinDatabase, path: Path) -> None:
     """Write a database as safetensors: upper triangles, halves, modes in bytes."""
-    from safetensors.numpy import save_file
-
     single = len(database.gram) // 2
     windows = np.flatnonzero(database.known[:single].any(0))
     rows, columns = np.triu_indices(FEATURES)
@@ -120,7 +119,7 @@ def save(database: SkinDatabase, path: Path) -> None:
         "tone_modes": np.round(database.tone_modes / scale[:, None, None, None]).astype(np.int8),
         "tone_scale": scale.astype(np.float32),
     }
-    save_file({key: np.ascontiguousarray(value) for key, value in arrays.items()}, path)
+    write_tensors(arrays, path)
 
 
 def model_card(database: SkinDatabase, metrics: dict, path: Path, commit: str) -> dict:

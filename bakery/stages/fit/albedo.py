@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from bakery import landmarks as marks
-from bakery.errors import ModelError
+from bakery.formats.tensors import reading
 from bakery.geometry.sample import bilinear
 from bakery.paths import ASSETS
 from bakery.stages.fit.warp import kernel, opened
@@ -39,18 +39,13 @@ def load_albedo(path=FILE):
     Raises:
         ModelError: the file is missing or damaged.
     """
-    from safetensors import SafetensorError
     from safetensors.numpy import load_file
 
-    try:
+    with reading("albedo basis", path, "reinstall bakery"):
         arrays = load_file(path)
         return AlbedoBasis(
             **{key: arrays[key].astype(np.float32) for key in ("mean", "modes", "layout", "light")}
         )
-    except (OSError, SafetensorError, KeyError) as error:
-        raise ModelError(
-            f"albedo basis {path} cannot be read ({error}); reinstall bakery"
-        ) from error
 
 
 def cylinder(points):

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from bakery import landmarks as marks
-from bakery.errors import ModelError
+from bakery.formats.tensors import reading
 from bakery.geometry.fill import smoothstep
 from bakery.heads.base import HeadModel
 from bakery.paths import ASSETS
@@ -27,6 +27,7 @@ from bakery.stages.fit.warp import residual_offsets
 from bakery.types import EXPRESSIONS, Fit
 
 FILE = ASSETS / "rest" / "shape.safetensors"
+REMEDY = "reinstall bakery, or keep the expression: --set texture.neutral=keep"
 # Expressions that a mouth at rest does not show. Pucker, press and shrug are not among them: in the
 # fit of a resting face they stand for the shape of the lips.
 OPENING = (
@@ -38,7 +39,7 @@ ACTIVE = np.array([k for k, name in enumerate(EXPRESSIONS) if name.startswith(tu
 RESTING, MOVING = 1.5, 3.0
 MOST = 4.0  # mm; nobody's smile leaves more in the neutral head
 MIDDLE = (
-    8.0  # mm to either side of the face's middle, over which an expression of one side fades out
+    8.0  # mm to either side of the face's middle: an expression of one side fades out over them
 )
 OTHER_SIDE = 0.15  # what it keeps of the other side, so that every correction belongs to something
 
@@ -64,9 +65,9 @@ def load_rest_shape(path: Path = FILE) -> RestShape:
     Raises:
         ModelError: the file is missing or damaged.
     """
-    from safetensors import SafetensorError, safe_open
+    from safetensors import safe_open
 
-    try:
+    with reading("resting shape", path, REMEDY):
         with safe_open(path, "numpy") as file:
             arrays = [file.get_tensor(name).astype(np.float32) for name in ARRAYS]
             basis = RestShape(str((file.metadata() or {})["head"]), *arrays)
@@ -78,11 +79,6 @@ def load_rest_shape(path: Path = FILE) -> RestShape:
         if basis.by_residual.shape != (marks.FACE, 3, count):
             raise ValueError(f"by_residual of shape {list(basis.by_residual.shape)}")
         return basis
-    except (OSError, SafetensorError, KeyError, ValueError) as error:
-        raise ModelError(
-            f"resting shape {path} cannot be read ({error}); reinstall bakery, or keep the "
-            "expression: --set texture.neutral=keep"
-        ) from error
 
 
 def presence(head: HeadModel, expression: np.ndarray) -> float:

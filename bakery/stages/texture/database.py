@@ -12,11 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery.errors import ModelError
+from bakery.formats.tensors import reading
 from bakery.paths import ASSETS
 from bakery.stages.texture.correlations import FEATURES, KINDS, WINDOWS, Correlations
 
 FILE = ASSETS / "skin" / "skin.safetensors"
+REMEDY = "reinstall bakery, or complete without it: --complete mirror"
 FEWEST = 20  # windows that must be seen before weights are told apart
 
 
@@ -37,19 +38,13 @@ def load_database(path: Path = FILE) -> SkinDatabase:
     Raises:
         ModelError: the file is missing or damaged.
     """
-    from safetensors import SafetensorError
     from safetensors.numpy import load_file
 
-    try:
+    with reading("skin database", path, REMEDY):
         arrays = load_file(path)
         upper, windows = arrays["upper"].astype(np.float32), arrays["windows"]
         tone = arrays["tone"].astype(np.float32)
         modes = arrays["tone_modes"] * arrays["tone_scale"][:, None, None, None]
-    except (OSError, SafetensorError, KeyError) as error:
-        raise ModelError(
-            f"skin database {path} cannot be read ({error}); reinstall bakery, or complete without "
-            "it: --complete mirror"
-        ) from error
     rows, columns = np.triu_indices(FEATURES)
     gram = np.zeros((len(upper), WINDOWS**2, FEATURES, FEATURES), np.float32)
     for index, values in enumerate(upper):
@@ -69,9 +64,8 @@ def database_of(gram: np.ndarray, tone: np.ndarray, modes: np.ndarray) -> SkinDa
 def mirrored(gram: np.ndarray) -> np.ndarray:
     """Correlations [.., W, F, F] of the same skins, left and right exchanged."""
     order = np.arange(FEATURES)
-    for first in range(
-        0, FEATURES, KINDS
-    ):  # what gets lighter to the left gets darker to the right
+    # What gets lighter to the left gets darker to the right.
+    for first in range(0, FEATURES, KINDS):
         order[first + 2], order[first + 3] = first + 3, first + 2
     grid = gram.reshape(gram.shape[:-3] + (WINDOWS, WINDOWS, FEATURES, FEATURES))
     out: np.ndarray = grid[..., ::-1, :, :][..., order, :][..., order].reshape(gram.shape)

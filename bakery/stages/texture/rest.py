@@ -16,13 +16,14 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery.errors import ModelError
+from bakery.formats.tensors import reading
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.paths import ASSETS
 from bakery.stages.atlas import Atlas
 from bakery.stages.fit.albedo import load_albedo, vertex_chart
+from bakery.stages.fit.rest import REMEDY
 from bakery.stages.texture import TextureOptions
 
 FILE = ASSETS / "rest" / "rest.safetensors"
@@ -45,17 +46,11 @@ def load_rest(path: Path = FILE) -> RestBasis:
     Raises:
         ModelError: the file is missing or damaged.
     """
-    from safetensors import SafetensorError
     from safetensors.numpy import load_file
 
-    try:
+    with reading("resting basis", path, REMEDY):
         arrays = load_file(path)
         return RestBasis(*(arrays[key].astype(np.float32) for key in ("modes", "response")))
-    except (OSError, SafetensorError, KeyError) as error:
-        raise ModelError(
-            f"resting basis {path} cannot be read ({error}); reinstall bakery, or keep the "
-            "expression: --set texture.neutral=keep"
-        ) from error
 
 
 def rest_of(options: TextureOptions) -> RestBasis | None:

@@ -1,0 +1,31 @@
+"""Learned arrays as safetensors, and the one line that says why they cannot be read."""
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from bakery.errors import ModelError
+
+
+@contextlib.contextmanager
+def reading(what: str, path: Path, remedy: str) -> Iterator[None]:
+    """While a file is read: what is wrong with it becomes one line.
+
+    Raises:
+        ModelError: it is missing or damaged, or an array is missing or has a wrong shape (ValueError).
+    """
+    from safetensors import SafetensorError
+
+    try:
+        yield
+    except (OSError, SafetensorError, KeyError, ValueError) as error:
+        raise ModelError(f"{what} {path} cannot be read ({error}); {remedy}") from error
+
+
+def write_tensors(arrays: Mapping[str, np.ndarray], path: Path) -> None:
+    """Write arrays as safetensors, which takes them in order alone."""
+    from safetensors.numpy import save_file
+
+    save_file({key: np.ascontiguousarray(value) for key, value in arrays.items()}, path)
