@@ -6,9 +6,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from bakery.bake.fitting import fit_portrait, fitted_neutral, resting_head
+from bakery.bake.fitting import fit_portrait, fitted_neutral, own_head, resting_head
 from bakery.bake.options import BuildOptions
 from bakery.formats.image import read_photo
+from bakery.formats.portraits import landmarks_of
 from bakery.generators.channels import NONE, Channels, condition_channels, shrunk_channels
 from bakery.geometry.fill import smoothstep
 from bakery.heads.base import PARTS, HeadModel
@@ -17,7 +18,7 @@ from bakery.stages.face_frame import cut, face_frame
 from bakery.stages.fit.rest import played_back
 from bakery.stages.segment import HAIR, Segmentation
 from bakery.stages.texture.hair import mattes_of
-from bakery.stages.texture.neutral import prepare
+from bakery.stages.texture.neutral import SkinView, prepare, unwrap_skin
 from bakery.stages.texture.rest import rest_of
 from bakery.types import Camera, Conditions, Fit, Landmarks, Photo
 
@@ -134,6 +135,21 @@ class FittedSubject:
             points @ affine[:, :2].T + affine[:, 2],
             fit,
         )
+
+
+def photographed_skin(
+    path: Path, points: np.ndarray, head: HeadModel, resolution: int
+) -> tuple[HeadModel, SkinView]:
+    """The skin that a photo shows, by its points [478, 2], and the head as this person has it.
+
+    Raises:
+        FitError, InputError: the photo cannot be used.
+    """
+    photo, landmarks = read_photo(path), landmarks_of(points)
+    fit, segmentation = fit_portrait(path, photo, landmarks, head)
+    own, neutral = own_head(head, fit)
+    mattes = mattes_of(photo.encoded, segmentation, landmarks.points)
+    return own, unwrap_skin(photo, landmarks, fit, neutral, own, mattes, resolution)
 
 
 def _bytes(values: np.ndarray) -> np.ndarray:

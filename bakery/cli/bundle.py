@@ -14,16 +14,7 @@ from bakery.cli import options
 @options.baking
 @click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
 @click.option("--keep-photo", is_flag=True, help="Keep the portrait in the bundle.")
-def bundle(
-    photo,
-    fitted,
-    textures,
-    masks,
-    output,
-    preset,
-    settings,
-    **request,
-):
+def bundle(photo, fitted, textures, masks, output, preset, settings, **request):
     """Pack what was made of PHOTO into a bundle.
 
     \b

@@ -42,10 +42,7 @@ def fit(
     from bakery.runtime.overlay import draw_fit
     from bakery.stages.fit import Face
 
-    model, chosen = (
-        load_head(head),
-        options.build_options(preset, settings),
-    )
+    model, chosen = load_head(head), options.build_options(preset, settings)
 
     def found(photo):
         given = landmarks_file(landmarks, photo)

@@ -93,9 +93,6 @@ def mask(output, overwrite, preset, settings, head, **others):
     from bakery.formats import record
     from bakery.heads.file import load_head
 
-    model, chosen = (
-        load_head(head),
-        options.build_options(preset, settings),
-    )
+    model, chosen = load_head(head), options.build_options(preset, settings)
     record.write_arrays(output, {"masks": draw_masks(model, chosen), "head": model.digest})
     options.wrote(output)

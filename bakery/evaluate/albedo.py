@@ -16,6 +16,7 @@ from bakery.bake.fitting import fit_portrait
 from bakery.bake.textures import neutral_albedo
 from bakery.bake.views import PhotoView
 from bakery.evaluate.metrics import psnr
+from bakery.formats.portraits import landmarks_of
 from bakery.geometry import harmonics
 from bakery.geometry.color import LUMA, to_encoded
 from bakery.hair.layer import NoHair
@@ -32,7 +33,7 @@ from bakery.synth.render import Picture, dress, paint
 from bakery.synth.scene import Scene, portrait_camera, studio_light
 from bakery.synth.skin import design_skin, shade_inputs
 from bakery.synth.subject import Subject, random_subject
-from bakery.types import LANDMARKS, Landmarks, Photo
+from bakery.types import Landmarks, Photo
 
 SIDE, SIZE = 640, 1024  # pixels of a photo, texels of an albedo
 METER = 0.9  # luma that a white surface shows that faces the camera
@@ -85,10 +86,8 @@ def metered(light: Environment) -> Environment:
 
 def _shot(light: str, yaw: float, picture: Picture) -> Shot:
     points = np.asarray(picture.landmarks, np.float64)
-    low, high = points[:468].min(0), points[:468].max(0)
-    face = Landmarks(np.concatenate([low, high - low]), 1.0, points, np.ones(LANDMARKS))
     photo = Photo(np.asarray(picture.encoded, np.float32), "painted")
-    return Shot(light, yaw, photo, face, picture.light)
+    return Shot(light, yaw, photo, landmarks_of(points), picture.light)
 
 
 def measure(head: HeadModel, subject: Subject) -> dict[str, float]:

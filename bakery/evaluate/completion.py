@@ -13,18 +13,16 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from bakery.bake.fitting import fit_portrait, own_head
-from bakery.bake.options import BuildOptions
+from bakery.bake.subject import photographed_skin
 from bakery.evaluate.metrics import psnr
-from bakery.formats.image import read_photo, write_image
-from bakery.formats.portraits import landmarks_of, reference_points
+from bakery.formats.image import write_image
+from bakery.formats.portraits import reference_points
 from bakery.geometry.color import LUMA, to_encoded
 from bakery.heads.base import HeadModel
 from bakery.landmarks import OVAL
 from bakery.stages.atlas import Atlas, uv_polygon
-from bakery.stages.texture.complete import METHODS, complete
-from bakery.stages.texture.hair import mattes_of
-from bakery.stages.texture.neutral import unwrap_skin
+from bakery.stages.texture import METHODS
+from bakery.stages.texture.complete import complete
 from bakery.stages.texture.unwrap import PartialAlbedo
 from bakery.train.regions import REGIONS, hidden_region
 
@@ -127,15 +125,10 @@ def everybody(
         pictures: folder for PNGs, a row a region, or None.
         only: names of the photos, or none for all.
     """
-    options = BuildOptions()
     for path, points in sorted(reference_points(portraits, start).items()):
         if "smiling" in path.stem or (only and path.stem not in only):
             continue
-        photo, landmarks = read_photo(path), landmarks_of(points)
-        fit, segmentation = fit_portrait(path, photo, landmarks, head, options)
-        own, neutral = own_head(head, fit)
-        mattes = mattes_of(photo.encoded, segmentation, landmarks.points)
-        view = unwrap_skin(photo, landmarks, fit, neutral, own, mattes, resolution)
+        own, view = photographed_skin(path, points, head, resolution)
         scores, rows = measure(view.partial, own, view.vertices, view.on_skin, ways, regions)
         if pictures is not None:
             write_image(Path(pictures) / f"{path.stem}.png", np.concatenate(rows))

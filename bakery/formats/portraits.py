@@ -52,7 +52,7 @@ def reference_points(portraits, starts, part=""):
     return found
 
 
-def landmarks_of(points, confidence=None):
+def landmarks_of(points: np.ndarray, confidence: np.ndarray | None = None) -> Landmarks:
     """Landmarks record of points [478, >= 2] in pixels, fully trusted unless told."""
     points = np.asarray(points, np.float64)[:, :2]
     low, high = points.min(0), points.max(0)

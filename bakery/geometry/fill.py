@@ -56,6 +56,14 @@ def diffuse(values: np.ndarray, weight: np.ndarray, floor: float = 1e-4) -> np.n
     return out
 
 
+def normalized_blur(values: np.ndarray, weight: np.ndarray, sigma: float) -> np.ndarray:
+    """Gaussian blur of values [H, W] or [H, W, C] over what has weight [H, W] 0..1."""
+    mass = np.maximum(cv2.GaussianBlur(weight, (0, 0), sigma), 1e-3)
+    deep = (...,) + (None,) * (values.ndim - 2)
+    out: np.ndarray = cv2.GaussianBlur(values * weight[deep], (0, 0), sigma) / mass[deep]
+    return out
+
+
 def smoothstep(low: float, high: float, x: ArrayLike) -> np.ndarray:
     """0 below `low`, 1 above `high`, a smooth cubic between; `low` may be the larger."""
     t = np.clip((np.asarray(x) - low) / (high - low), 0, 1)

@@ -6,11 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery.bake.fitting import fit_portrait, own_head
-from bakery.bake.options import BuildOptions
+from bakery.bake.subject import photographed_skin
 from bakery.formats.files import digest_file
-from bakery.formats.image import read_photo
-from bakery.formats.portraits import landmarks_of, reference_points
+from bakery.formats.portraits import reference_points
 from bakery.formats.tensors import write_tensors
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import make_atlas
@@ -22,8 +20,6 @@ from bakery.stages.texture.correlations import (
     windows_of,
 )
 from bakery.stages.texture.database import SkinDatabase, blended, database_of
-from bakery.stages.texture.hair import mattes_of
-from bakery.stages.texture.neutral import unwrap_skin
 from bakery.train import correlations as by_window
 from bakery.train import rest, tone
 from bakery.train.albedo import ATTRIBUTION
@@ -45,13 +41,8 @@ class Seen:
 
 def of_photos(portraits: Path, head) -> Iterator[Seen]:
     """Each neutral photo of london/train."""
-    chosen = BuildOptions()
     for path, points in sorted(reference_points(portraits, TRAINING, "neutral").items()):
-        photo, landmarks = read_photo(path), landmarks_of(points)
-        fit, segmentation = fit_portrait(path, photo, landmarks, head, chosen)
-        own, neutral = own_head(head, fit)
-        mattes = mattes_of(photo.encoded, segmentation, landmarks.points)
-        view = unwrap_skin(photo, landmarks, fit, neutral, own, mattes, RESOLUTION)
+        own, view = photographed_skin(path, points, head, RESOLUTION)
         yield seen_of(view.partial.albedo, view.partial.seen, own, view.on_skin)
 
 

@@ -6,7 +6,7 @@ import pytest
 from bakery.evaluate import completion
 from bakery.landmarks import OVAL
 from bakery.stages.atlas import make_atlas, uv_polygon
-from bakery.stages.texture.complete import METHODS
+from bakery.stages.texture import METHODS
 from bakery.stages.texture.unwrap import PartialAlbedo
 from bakery.train.regions import REGIONS, hidden_region
 

@@ -111,12 +111,13 @@ def test_a_tone_of_the_basis_is_found_again(head, shipped):
     flat = replace(shipped, tone_modes=np.zeros((1, size, size, 3), np.float32))
     nothing = np.zeros((SIZE, SIZE), np.float32)
     blank = np.full((SIZE, SIZE, 3), 0.3, np.float32)
-    mean = likely_tone(blank, nothing, head, flat)
+    atlas = make_atlas(head, SIZE).take("skin")
+    mean = likely_tone(blank, nothing, head, atlas, flat)
     strong = replace(flat, tone=shipped.tone + 1.5 * shipped.tone_modes[0])
-    truth = likely_tone(blank, nothing, head, strong) / 0.3 * np.exp(level)
+    truth = likely_tone(blank, nothing, head, atlas, strong) / 0.3 * np.exp(level)
     seen = everywhere()
     seen[: SIZE // 2] = 0
-    found = likely_tone(truth.astype(np.float32), seen, head, shipped)
+    found = likely_tone(truth.astype(np.float32), seen, head, atlas, shipped)
     face = (uv_polygon(head, OVAL, 0.7, SIZE) > 0) & (seen == 0)
     before = np.abs(np.log(mean / 0.3 * np.exp(level) / truth))[face].mean()
     # The ridge shrinks what a half of one face says by a third.

@@ -10,9 +10,9 @@ from numpy.testing import assert_allclose
 from bakery.geometry.color import LUMA
 from bakery.landmarks import OVAL
 from bakery.stages.atlas import make_atlas, uv_polygon
+from bakery.stages.texture import METHODS
 from bakery.stages.texture.complete import (
     INFERRED,
-    METHODS,
     MIRRORED,
     OBSERVED,
     complete,

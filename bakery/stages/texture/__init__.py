@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from bakery.settings import Settings, setting
 
+METHODS = ("none", "mirror", "quick", "synthesize")  # of completing skin, see `complete`
 VIEWS = (0.0, 40.0, -40.0)  # degrees of yaw that each key expression is painted from
 
 
@@ -23,7 +24,7 @@ class TextureOptions(Settings):
     mouths: int = setting(300, "mouth poses that are baked", 1, 300)
     complete: str = setting(
         "quick", "how skin that the photo does not show is filled in",
-        choices=("none", "mirror", "quick", "synthesize"),
+        choices=METHODS,
     )  # fmt: skip
     glasses: str = setting(
         "remove", "frames of glasses: taken off, or kept as a layer over the skin",

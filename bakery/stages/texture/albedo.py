@@ -26,9 +26,7 @@ NEAR = 1 / 26  # of the atlas's side: around a texel, what its skin looks like w
 MOTTLE = 0.05  # of the skin's own brightness: so much it varies by itself
 HAIRY = 0.6  # of the brightness around: what is darker is no bare skin
 TINGE = 0.5  # of the skin's own colour in a highlight: cameras roll bright colours off
-DIVIDED = (
-    1.1  # times brighter than the skin around it may become what was not brighter in the photo
-)
+DIVIDED = 1.1  # times brighter than the skin around may become what was not so in the photo
 PALEST = 0.45  # luma of the albedo of the palest face
 BLOOM = 1 / 500  # of the side: highlights are no finer, hairs and pores are
 

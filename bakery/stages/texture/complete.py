@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from bakery.geometry.color import LUMA
-from bakery.geometry.fill import diffuse
+from bakery.geometry.fill import diffuse, normalized_blur
 from bakery.geometry.noise import value_noise
 from bakery.heads.base import HeadModel
 from bakery.landmarks import LIPS_INNER, OVAL
@@ -32,7 +32,6 @@ LEVELED = 0.85  # of the difference of slanting tones that goes
 DARKER = 1.0  # log of what a shadow takes away, at most
 LEVEL_BLUR = 1 / 70  # of the atlas's side: what is finer is detail
 MUCOSA = np.array([0.92, 0.66, 0.68], np.float32)  # wet inside of the lips over their outside
-METHODS = ("none", "mirror", "quick", "synthesize")
 GRAIN_WAVELENGTHS = (0.9, 1.8, 3.6)  # mm; pores to small blotches
 
 
@@ -57,7 +56,7 @@ def complete(
     Args:
         vertices: [V, 3] mm, the shape as it stands in the photo.
         atlas: Atlas of the head's skin.
-        method: of METHODS. "none" continues tones smoothly; "mirror" takes the other half of the face
+        method: of texture.METHODS. "none" continues tones smoothly; "mirror" takes the other half of the face
             where only that was seen, and adds noise; "quick" adds likely tones of the face and the
             person's own grain, shaped as the skin database says; "synthesize" goes on from there
             until hidden skin has the energies that the database says, lighter and darker.
@@ -72,13 +71,12 @@ def complete(
     if method != "none":
         joined, known, even = with_mirror(partial)
     trusted = _trusted(known, head, atlas.size)
-    low = cv2.GaussianBlur(joined * known[..., None], (0, 0), atlas.size / 170)
-    low /= np.maximum(cv2.GaussianBlur(known, (0, 0), atlas.size / 170), 1e-3)[..., None]
+    low = normalized_blur(joined, known, atlas.size / 170)
     wanted = None
     if method in ("quick", "synthesize"):
         database = load_database()
         sure = trusted * even
-        likely = likely_tone(joined, sure, head, database)
+        likely = likely_tone(joined, sure, head, atlas, database)
         ratio = log_ratio(low, likely) * (sure > FAR_TONE)[..., None]
         base = likely * np.exp(diffuse(ratio, np.maximum(sure, FAR_TONE * on_skin)))
         joined = leveled(joined, known, base, 1 - even)
@@ -205,12 +203,6 @@ def grain_like(albedo, weight, vertices, atlas):
         energy = np.median(np.abs(fine - coarse)[inner]) / 0.6745 if inner.any() else 0.01
         noise += np.float32(min(energy, 0.05)) * value_noise(points, wavelength, octave)
     return atlas.paint(noise)
-
-
-def normalized_blur(values, weight, sigma):
-    """Gaussian blur of values [T, T] that ignores texels of weight 0."""
-    total = cv2.GaussianBlur(values * weight, (0, 0), sigma)
-    return total / np.maximum(cv2.GaussianBlur(weight, (0, 0), sigma), 1e-3)
 
 
 def texel_spacing(position, weight):

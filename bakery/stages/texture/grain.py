@@ -13,8 +13,10 @@ import cv2
 import numpy as np
 
 from bakery.geometry.color import LUMA
+from bakery.geometry.fill import normalized_blur
 from bakery.geometry.sample import bicubic
 from bakery.stages.atlas import Atlas
+from bakery.stages.texture.correlations import DARKEST
 
 PIECE = 9.0  # mm, radius of a piece, at most
 SMALLEST = 2.5  # mm, radius below which a piece shows nothing but itself
@@ -22,7 +24,6 @@ COARSEST = 3.0  # mm, wavelength above which it is tone
 PLAIN = (0.3, 1.7)  # local energy of plain skin, of the median's
 PIECES = 64  # fewest places to take them from before they are made smaller
 STRETCH = (0.5, 2.5)  # of texels, against those of the face, that pieces follow
-DARKEST = 2e-3  # linear
 
 
 def own_grain(
@@ -47,7 +48,7 @@ def own_grain(
     detail = fine_detail(albedo, trusted, COARSEST / size)
     energy = np.abs(detail @ LUMA) * known
     area = known.astype(np.float32)
-    local = _blurred(energy, 1.5 / size) / np.maximum(_blurred(area, 1.5 / size), 1e-3)
+    local = normalized_blur(energy, area, 1.5 / size)
     median = np.median(local[known])
     plain = known & (local > PLAIN[0] * median) & (local < PLAIN[1] * median)
     plain = cv2.morphologyEx(plain.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3)))
@@ -65,14 +66,9 @@ def own_grain(
 
 def fine_detail(albedo: np.ndarray, weight: np.ndarray, sigma: float) -> np.ndarray:
     """log albedo [T, T, 3] less its blur of sigma texels, over what has weight [T, T]."""
-    whole = np.log(np.maximum(albedo, DARKEST)) * weight[..., None]
-    tone = _blurred(whole, sigma) / np.maximum(_blurred(weight, sigma), 1e-3)[..., None]
-    out: np.ndarray = whole - tone * weight[..., None]
+    whole = np.log(np.maximum(albedo, DARKEST))
+    out: np.ndarray = (whole - normalized_blur(whole, weight, sigma)) * weight[..., None]
     return out
-
-
-def _blurred(values: np.ndarray, sigma: float) -> np.ndarray:
-    return cv2.GaussianBlur(values, (0, 0), sigma)
 
 
 def texel_sizes(vertices: np.ndarray, atlas: Atlas) -> np.ndarray:
@@ -83,9 +79,8 @@ def texel_sizes(vertices: np.ndarray, atlas: Atlas) -> np.ndarray:
     sigma = atlas.size / 128
     for axis, side in ((0, 1), (1, 0)):
         both = inside * np.roll(inside, -1, side)
-        step = np.linalg.norm(np.roll(points, -1, side) - points, axis=2) * both
-        mass = np.maximum(_blurred(both, sigma), 1e-3)
-        out[..., axis] = _blurred(step, sigma) / mass
+        step = np.linalg.norm(np.roll(points, -1, side) - points, axis=2)
+        out[..., axis] = normalized_blur(step, both, sigma)
     return out
 
 

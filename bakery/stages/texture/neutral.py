@@ -103,7 +103,7 @@ def prepare(
         resolution: T.
         hair: what makes the hair, as `hair.base.Hair.layer`.
         rest: takes the photo's expression out of the skin; None keeps it.
-        method: how skin that the photo does not show is completed, of complete.METHODS.
+        method: how skin that the photo does not show is completed, of texture.METHODS.
         glasses: keep their frames, in the layer of the hair.
 
     Returns:

@@ -26,10 +26,7 @@ NEAR = 12.0  # mm around the lips in which texels are looked at
 LIP = (0.7, 1.0)  # of the way from rim to border; there a lip fades into skin
 END = 0.05  # of the mouth's width, over which what is done fades at both corners
 BODY = (0.15, 0.85)  # of the same, whose colour counts
-SEEN = (
-    0.3,
-    0.7,
-)  # facing from which a texel begins to count as seen, and from which it does in full
+SEEN = (0.3, 0.7)  # facing from which a texel begins to count as seen, and from which in full
 INSIDE = -0.3  # sine of the angle behind its rim, below which a point lies inside the mouth
 DEEP = 3.0  # mm that skin reaches into the mouth
 THIN = 1.0  # mm, the least height of a lip, as at its ends

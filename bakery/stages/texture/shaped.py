@@ -6,6 +6,7 @@ import numpy as np
 from bakery.geometry.color import LUMA
 from bakery.geometry.sample import bilinear
 from bakery.stages.texture.correlations import (
+    DARKEST,
     OCTAVES,
     WINDOWS,
     Correlations,
@@ -35,7 +36,7 @@ def shaped(
     luma = grain @ LUMA
     filters = Filters(on_skin, len(luma))
     own = filters.levels(luma)
-    smooth = filters.levels(np.log(np.maximum(base @ LUMA, 2e-3)))
+    smooth = filters.levels(np.log(np.maximum(base @ LUMA, DARKEST)))
     aim = wanted.energy()
     out = grain - luma[..., None] + own[-1][..., None]
     strength = np.zeros_like(luma)

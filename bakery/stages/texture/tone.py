@@ -11,8 +11,9 @@ import numpy as np
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.landmarks import OVAL
-from bakery.stages.atlas import make_atlas, uv_polygon
+from bakery.stages.atlas import Atlas, make_atlas, uv_polygon
 from bakery.stages.fit.albedo import load_albedo, vertex_chart
+from bakery.stages.texture.correlations import DARKEST
 from bakery.stages.texture.database import SkinDatabase
 
 FITTED = 256  # texels on a side, at which amounts are found
@@ -24,40 +25,42 @@ WITHIN, NARROW, FADE = 0.92, 0.72, 1 / 35
 # texels that err alike (about 300 of FITTED).
 NOISE = 5.0
 MOST = 2.5  # standard deviations of a mode
-DARKEST = 2e-3  # linear
 UNSEEN = 0.3  # linear level of a skin of which nothing is seen
 
 
 def likely_tone(
-    albedo: np.ndarray, weight: np.ndarray, head: HeadModel, database: SkinDatabase
+    albedo: np.ndarray,
+    weight: np.ndarray,
+    head: HeadModel,
+    atlas: Atlas,
+    database: SkinDatabase,
 ) -> np.ndarray:
     """The most likely tone of a whole skin, given a part of it.
 
     Args:
         albedo: [T, T, 3] linear; weight: [T, T] 0..1, how surely it is seen.
+        atlas: of T texels on a side, of the head's skin.
 
     Returns:
         [T, T, 3] float32 linear; beyond the chart one plain tone.
     """
     amounts, level = _fitted(albedo, weight, head, database)
     chart = database.tone + np.einsum("a,ayxc->yxc", amounts, database.tone_modes)
-    index, tone, share = _on_atlas(chart[None].astype(np.float32), head, len(albedo))
+    tone, share = _on_atlas(chart[None].astype(np.float32), head, atlas)
     plain = np.median(tone[0, share > 0.5], 0)
     picture = np.tile((plain + level).astype(np.float32), (albedo.shape[0] * albedo.shape[1], 1))
-    picture[index] += share[:, None] * (tone[0] - plain)
+    picture[atlas.index] += share[:, None] * (tone[0] - plain)
     out: np.ndarray = np.exp(picture).reshape(albedo.shape)
     return out
 
 
-def _on_atlas(
-    charts: np.ndarray, head: HeadModel, size: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Charts [n, S, S, 3] at the skin of an atlas of `size` texels a side.
+def _on_atlas(charts: np.ndarray, head: HeadModel, atlas: Atlas) -> tuple[np.ndarray, np.ndarray]:
+    """Charts [n, S, S, 3] at the N texels of an atlas of the skin.
 
     Returns:
-        flat texel numbers [N]; values [n, N, 3]; how far the chart knows the place [N] 0..1.
+        values [n, N, 3]; how far the chart knows the place [N] 0..1.
     """
-    atlas = make_atlas(head, size).take("skin")
+    size = atlas.size
     place = atlas.at(vertex_chart(head, load_albedo()))
     within = uv_polygon(head, OVAL, WITHIN, size)
     across = head.landmark_uv()[OVAL, 0] * size
@@ -65,7 +68,7 @@ def _on_atlas(
     within[:, np.abs(np.arange(size) + 0.5 - middle) > NARROW * half] = 0
     share = cv2.GaussianBlur(within, (0, 0), FADE * size).reshape(-1)[atlas.index]
     pixels = np.clip(place, 0, 1) * charts.shape[1]
-    return atlas.index, np.stack([bilinear(chart, pixels) for chart in charts]), share
+    return np.stack([bilinear(chart, pixels) for chart in charts]), share
 
 
 def _fitted(
@@ -73,12 +76,13 @@ def _fitted(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Amounts [A] of the modes, and the level [3] of the logarithm: a ridge regression."""
     charts = np.concatenate([database.tone[None], database.tone_modes])
-    index, (mean, *modes), share = _on_atlas(charts, head, FITTED)
+    atlas = make_atlas(head, FITTED).take("skin")
+    (mean, *modes), share = _on_atlas(charts, head, atlas)
     size, count = (FITTED, FITTED), len(modes)
     small = cv2.resize(albedo * weight[..., None], size, interpolation=cv2.INTER_AREA)
     mass = cv2.resize(weight, size, interpolation=cv2.INTER_AREA)
-    seen = mass.reshape(-1)[index]
-    color = small.reshape(-1, 3)[index] / np.maximum(seen, 1e-3)[:, None]
+    seen = mass.reshape(-1)[atlas.index]
+    color = small.reshape(-1, 3)[atlas.index] / np.maximum(seen, 1e-3)[:, None]
     rows = np.flatnonzero((seen > 0.5) & (share > 0.5))
     if len(rows) < 10 * count:
         return np.zeros(count), np.full(3, np.log(UNSEEN))
