@@ -5,7 +5,7 @@ from click.testing import CliRunner
 
 from bakery.cli.main import bakery
 from bakery.evaluate import completion
-from bakery.stages.texture.complete import METHODS
+from bakery.stages.texture import METHODS
 
 
 @pytest.mark.parametrize(
