@@ -152,6 +152,43 @@ class Generated:
     alpha: np.ndarray  # [H, W] float32 0..1: where `color` stands
 
 
+HAIR_KINDS = ("cap", "card", "fringe")  # opaque; cut out by alpha; blended before the face
+
+
+@dataclass(frozen=True, eq=False)
+class HairMesh:
+    """Hair with volume: an opaque cap on the skull, and cards with alpha over it.
+
+    N vertices, M faces, S texels on a side of its own atlas.
+    """
+
+    vertices: np.ndarray  # [N, 3] float32 mm, head space, on the person's neutral head
+    faces: np.ndarray  # [M, 3] int32: the cap's, then card by card, from the skull outwards
+    uv: np.ndarray  # [N, 2] float32 0..1 from the top left of the atlas
+    kind: np.ndarray  # [M] uint8 into HAIR_KINDS
+    card: np.ndarray  # [M] int32: which card, -1 for the cap; faces of a card stand together
+    levels: np.ndarray  # [M] uint8: bit l is set if level of detail l (0 finest, 1, 2) shows it
+    hang: np.ndarray  # [N] float32 0..1: 0 turns with the head, 1 stays with neck and shoulders
+    texture: np.ndarray  # [S, S, 4] float16 scene-linear, colour multiplied by alpha
+    direction: np.ndarray  # [S, S, 2] float16: unit, along the strand to its tip, x right, y down
+    root_to_tip: np.ndarray  # [S, S] float16 0..1
+    source: np.ndarray  # [S, S] uint8, as Textures.source
+
+    def __post_init__(self) -> None:
+        points, corners, side = len(self.vertices), len(self.faces), len(self.texture)
+        check_array("HairMesh.vertices", self.vertices, (points, 3))
+        check_array("HairMesh.faces", self.faces, (corners, 3), low=0, high=max(points - 1, 0))
+        check_array("HairMesh.uv", self.uv, (points, 2), low=0, high=1)
+        check_array("HairMesh.kind", self.kind, (corners,), low=0, high=len(HAIR_KINDS) - 1)
+        check_array("HairMesh.card", self.card, (corners,), low=-1)
+        check_array("HairMesh.levels", self.levels, (corners,), low=0, high=7)
+        check_array("HairMesh.hang", self.hang, (points,), low=0, high=1)
+        check_shape("HairMesh.texture", self.texture, (side, side, 4))
+        check_shape("HairMesh.direction", self.direction, (side, side, 2))
+        check_shape("HairMesh.root_to_tip", self.root_to_tip, (side, side))
+        check_shape("HairMesh.source", self.source, (side, side))
+
+
 @dataclass(frozen=True)
 class Textures:
     """Everything that is painted on the atlas and the proxies; scene-linear Rec.709."""
@@ -172,6 +209,7 @@ class Textures:
     made_from: str = ""  # SHA-256 over photo, landmarks, fit and head; "" if unknown
     # [T, T, 3] float16: T_0 without light and highlights; [0, 0, 3] if the bundle has none
     albedo: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 3), np.float16))
+    hair_mesh: HairMesh | None = None  # None: the hair is a layer on the skin alone
 
     def __post_init__(self) -> None:
         side, keys, shapes = len(self.neutral), len(self.key_names), len(EXPRESSIONS)

@@ -15,11 +15,22 @@ from bakery.errors import InputError
 from bakery.formats import npz
 from bakery.formats.files import digest, read_bytes, write_bytes
 from bakery.formats.npz import pack_arrays
-from bakery.types import EXPRESSIONS, LANDMARKS, Camera, Fit, Landmarks, Maker, Photo, Textures
+from bakery.types import (
+    EXPRESSIONS,
+    LANDMARKS,
+    Camera,
+    Fit,
+    HairMesh,
+    Landmarks,
+    Maker,
+    Photo,
+    Textures,
+)
 
 FARTHEST = 1e7  # pixels and mm; numbers of a camera beyond that overflow where they are multiplied
 REACH = 10  # picture sizes; a point farther from the corner than that belongs to no face in it
 LARGEST_JSON = 64 * 2**20  # bytes
+HAIR_MESH = "hair_mesh"  # before the names of its arrays in a file of textures
 LARGEST_ARRAYS = 8 * 2**30  # bytes; a 4096-texel texture file has 1 GiB
 
 
@@ -324,10 +335,16 @@ def read_arrays(path: str | Path, needed: Iterable[str] = ()) -> dict[str, np.nd
     return arrays
 
 
+TEXTURES = [field.name for field in fields(Textures) if field.name != HAIR_MESH]
+
+
 def textures_to_arrays(textures: Textures) -> dict[str, np.ndarray]:
     """Textures as named arrays; who made them as JSON text."""
-    table = {field.name: getattr(textures, field.name) for field in fields(Textures)}
+    table = {name: getattr(textures, name) for name in TEXTURES}
     table["maker"] = json.dumps(asdict(textures.maker))
+    if textures.hair_mesh is not None:
+        for field in fields(HairMesh):
+            table[f"{HAIR_MESH}_{field.name}"] = getattr(textures.hair_mesh, field.name)
     return {name: np.array(value) for name, value in table.items()}
 
 
@@ -337,7 +354,7 @@ def textures_from_arrays(arrays: Mapping[str, np.ndarray]) -> Textures:
     Raises:
         ValueError: shapes that do not go together.
     """
-    found = {field.name: arrays[field.name] for field in fields(Textures)}
+    found = {name: arrays[name] for name in TEXTURES}
     check_array("key_names", found["key_names"], (None,))
     return Textures(
         **found
@@ -345,8 +362,19 @@ def textures_from_arrays(arrays: Mapping[str, np.ndarray]) -> Textures:
             "key_names": tuple(str(name) for name in found["key_names"]),
             "maker": _maker(parse("maker", str(found["maker"]).encode())),
             "made_from": str(found["made_from"]),
+            "hair_mesh": _hair_mesh(arrays),
         }
     )
+
+
+def _hair_mesh(arrays: Mapping[str, np.ndarray]) -> HairMesh | None:
+    names = [field.name for field in fields(HairMesh)]
+    if not any(f"{HAIR_MESH}_{name}" in arrays for name in names):
+        return None
+    try:
+        return HairMesh(**{name: arrays[f"{HAIR_MESH}_{name}"] for name in names})
+    except KeyError as error:
+        raise ValueError(f"lacks {error.args[0]}") from None
 
 
 def read_textures(path: str | Path) -> Textures:
@@ -355,6 +383,5 @@ def read_textures(path: str | Path) -> Textures:
     Raises:
         InputError: damaged, or something else.
     """
-    names = [field.name for field in fields(Textures)]
     with _reading(path, "bakery texture"):
-        return textures_from_arrays(read_arrays(path, names))
+        return textures_from_arrays(read_arrays(path, TEXTURES))

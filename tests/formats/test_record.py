@@ -205,3 +205,53 @@ def test_weights_of_textures_lie_between_0_and_1(tmp_path, weight):
     record.write_arrays(tmp_path / "t.npz", good)
     with pytest.raises(InputError, match="mouth_weights"):
         record.read_textures(tmp_path / "t.npz")
+
+
+def small_hair():
+    """A cap and a card of one face each, by the names of their fields."""
+    return {
+        "vertices": np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 1]]),
+        "faces": np.int32([[0, 1, 2], [1, 3, 2]]), "uv": np.float32([[0, 0], [1, 0], [0, 1], [1, 1]]),
+        "kind": np.uint8([0, 1]), "card": np.int32([-1, 0]), "levels": np.uint8([7, 1]),
+        "hang": np.float32([0, 0, 0, 1]), "texture": np.ones((2, 2, 4), np.float16),
+        "direction": np.ones((2, 2, 2), np.float16), "root_to_tip": np.ones((2, 2), np.float16),
+        "source": np.ones((2, 2), np.uint8),
+    }  # fmt: skip
+
+
+def with_hair(**changed):
+    hair = small_hair() | changed
+    return small_textures() | {f"hair_mesh_{name}": array for name, array in hair.items()}
+
+
+def test_hair_with_volume_stands_beside_the_textures(tmp_path):
+    record.write_arrays(tmp_path / "t.npz", with_hair())
+    textures = record.read_textures(tmp_path / "t.npz")
+    for name, array in small_hair().items():
+        np.testing.assert_array_equal(getattr(textures.hair_mesh, name), array)
+    again = record.textures_to_arrays(textures)
+    assert set(again) == set(with_hair())
+    record.write_arrays(tmp_path / "t.npz", small_textures())
+    assert record.read_textures(tmp_path / "t.npz").hair_mesh is None
+
+
+@pytest.mark.parametrize(
+    "name, value",
+    [
+        ("faces", np.int32([[0, 1, 4], [1, 3, 2]])), ("kind", np.uint8([0, 3])),
+        ("card", np.int32([-1])), ("hang", np.float32([0, 0, 0, 2])),
+        ("vertices", np.full((4, 3), np.nan, np.float32)), ("source", np.ones((3, 2), np.uint8)),
+    ],
+)  # fmt: skip
+def test_hair_that_does_not_go_together_is_refused(tmp_path, name, value):
+    record.write_arrays(tmp_path / "t.npz", with_hair(**{name: value}))
+    with pytest.raises(InputError, match=name):
+        record.read_textures(tmp_path / "t.npz")
+
+
+def test_hair_that_lacks_an_array_is_refused(tmp_path):
+    arrays = with_hair()
+    del arrays["hair_mesh_hang"]
+    record.write_arrays(tmp_path / "t.npz", arrays)
+    with pytest.raises(InputError, match="hang"):
+        record.read_textures(tmp_path / "t.npz")
