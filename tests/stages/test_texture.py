@@ -28,7 +28,7 @@ def test_the_head_cut_out_of_a_photo(head, resolution):
     )  # fmt: skip
     bare = np.ones((1201, 1203), np.float32)
     image, mattes, points, local = _cut_out(
-        photo, Mattes(*[bare] * 6), marks, fit, head, head.mean, resolution
+        photo, Mattes(*[bare] * 7), marks, fit, head, head.mean, resolution
     )
     assert image.shape[:2] == mattes.skin.shape == (local.camera.height, local.camera.width)
     assert local.camera.focal <= camera.focal

@@ -16,7 +16,6 @@ from bakery.stages.texture.complete import (
     MIRRORED,
     OBSERVED,
     complete,
-    leveled,
     with_mirror,
 )
 from bakery.stages.texture.correlations import (
@@ -29,6 +28,7 @@ from bakery.stages.texture.correlations import (
     windows_of,
 )
 from bakery.stages.texture.grain import own_grain
+from bakery.stages.texture.shadows import darker_half, darkness, leak, leveled, odd
 from bakery.stages.texture.shaped import shaped
 from bakery.stages.texture.unwrap import PartialAlbedo, without_foreign
 
@@ -55,7 +55,7 @@ def grainy(amount, seed=0):
 def partial_of(albedo, seen, atlas):
     on_skin = atlas.paint(np.ones(len(atlas.index), np.float32))
     whole = np.ones((SIZE, SIZE), np.float32)
-    return PartialAlbedo(albedo, seen * on_skin, whole, np.ones_like(albedo), on_skin)
+    return PartialAlbedo(albedo, seen * on_skin, whole, whole, np.ones_like(albedo), on_skin)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -65,7 +65,8 @@ def test_what_was_seen_stays(head, atlas, face, method):
     partial = partial_of(grainy(0.05), seen, atlas)
     made = complete(partial, head, head.mean, atlas, method)
     sure = partial.seen == 1
-    assert_allclose(made.albedo[sure], partial.albedo[sure], rtol=1e-5)
+    # A face of one tone has brows and lips unlike people's: where it ends, that counts a little.
+    assert_allclose(made.albedo[sure], partial.albedo[sure], rtol=0.005)
     assert np.isfinite(made.albedo).all() and made.albedo.min() >= 0
     assert (made.source[sure] == OBSERVED).all()
     assert ((made.source == 0) == (partial.on_skin == 0)).all()
@@ -141,7 +142,8 @@ def test_the_mirror_takes_the_colour_of_its_side(atlas):
     albedo[:, SIZE // 2 :] *= 1.5
     seen = np.ones((SIZE, SIZE), np.float32)
     seen[200:240, 300:340] = 0
-    joined, known, _ = with_mirror(partial_of(albedo, seen, atlas))
+    partial = partial_of(albedo, seen, atlas)
+    joined, known, _ = with_mirror(partial.albedo, partial.seen, partial.even)
     on_skin = atlas.paint(np.ones(len(atlas.index), np.float32))
     hole = (seen == 0) & (on_skin > 0) & (on_skin[:, ::-1] > 0)
     assert hole.any() and known[hole].min() == 1
@@ -153,11 +155,57 @@ def test_slanting_tones_are_leveled_and_detail_stays():
     detail = np.exp(np.random.default_rng(4).normal(0, 0.05, (SIZE, SIZE, 1)))
     dark = (0.6 * base * detail).astype(np.float32)
     known = np.ones((SIZE, SIZE), np.float32)
-    assert np.array_equal(leveled(dark, known, base, 0 * known), dark)
-    out = leveled(dark, known, base, known)
+    out, left, lift = leveled(dark, known, base, 0 * known, known, known)
+    assert np.array_equal(out, dark) and np.array_equal(left, known) and not lift.any()
+    out, left, lift = leveled(dark, known, base, known, known, known)
     assert 0.9 < np.median(out / base) < 1
+    assert_allclose(np.median(lift), 0.85 * np.log(1 / 0.6), rtol=0.1)
     a, b = (np.log(x @ LUMA).std() for x in (out, dark))
     assert 0.9 < a / b < 1.1
+    assert np.array_equal(left, known), "a face keeps what it has"
+
+
+def test_a_deep_shadow_off_the_face_is_left_to_be_filled_in():
+    known, off = np.ones((SIZE, SIZE), np.float32), np.zeros((SIZE, SIZE), np.float32)
+    base = np.tile(TONE, (SIZE, SIZE, 1))
+    for level, kept in ((0.2, 0), (0.8, 1)):
+        _, left, _ = leveled(level * base, known, base, known, known, off)
+        assert_allclose(left, kept, atol=0.01)
+
+
+def test_a_brow_in_shadow_stays_darker_than_the_skin_beside_it():
+    known = np.ones((SIZE, SIZE), np.float32)
+    base, plain = np.tile(TONE, (SIZE, SIZE, 1)), known.copy()
+    plain[250:258] = 0
+    brow = np.where(plain > 0, 1, 0.5)[..., None]
+    out, _, _ = leveled((0.3 * base * brow).astype(np.float32), known, base, known, plain, known)
+    ratio = (out / base)[:, 256].mean(1)
+    assert_allclose(ratio[[200, 300]], 1, atol=0.02)
+    assert_allclose(ratio[254], 0.5, atol=0.05)
+
+
+def test_what_one_half_shows_darker_than_the_other_lies_in_shadow():
+    seen, albedo = np.ones((SIZE, SIZE), np.float32), np.tile(TONE, (SIZE, SIZE, 1))
+    albedo[:, : SIZE // 2] *= 0.4
+    found = darker_half(albedo, seen)
+    assert found[:, 50:200].min() > 0.9 and found[:, 300:].max() < 0.1
+    assert not darker_half(albedo * 0 + TONE, seen).any()
+    assert not darker_half(albedo, seen * (np.arange(SIZE) < 200)).any(), "the other was not seen"
+
+
+def test_what_is_darker_than_likely_is_told_without_brows():
+    albedo, likely = np.tile(TONE, (2, SIZE, SIZE, 1))
+    albedo[:100] *= 0.3
+    albedo[300:308] *= 0.3  # a brow
+    weight = np.ones((SIZE, SIZE), np.float32)
+    weight[300:308] = 0
+    gap = darkness(likely, albedo, weight)
+    assert_allclose(gap[:80], np.log(1 / 0.3), atol=0.02)
+    assert np.abs(gap[140:]).max() < 0.02
+    rim = leak(gap)
+    assert rim[90:102].min() > 0.5 and rim[:60].max() == rim[160:].max() == 0
+    strange = odd(gap)
+    assert strange[:90].min() == 1 and strange[160:].max() == 0
 
 
 def test_a_cast_shadow_goes_and_leaves_no_border(head, atlas, face):
@@ -175,8 +223,14 @@ def test_a_cast_shadow_goes_and_leaves_no_border(head, atlas, face):
         complete(partial, head, head.mean, atlas, "quick").albedo for partial in (plain, shaded)
     )
     assert np.median((before / TONE)[inside]) < 0.5
-    assert 0.8 < np.median((after / TONE)[inside]) < 1.1
-    assert 0.5 < np.log(after @ LUMA)[inside].std() / 0.05 < 2.5
+    assert 0.85 < np.median((after / TONE)[inside]) < 1.1
+    # Likely lips come with the tone: grain is what is finer than they.
+    fine = [
+        log - cv2.GaussianBlur(log, (0, 0), 3)
+        for log in (np.log(x @ LUMA) for x in (after, albedo))
+    ]
+    inner = cv2.erode(inside.astype(np.uint8), np.ones((25, 25))) > 0  # without the shadow's step
+    assert 0.6 < fine[0][inner].std() / fine[1][inner].std() < 1.5
 
 
 def test_what_is_no_skin_beyond_the_face_is_left_out(head, atlas, face):

@@ -8,7 +8,7 @@ from bakery.heads.scalp import scalp
 from bakery.landmarks import FACE
 from bakery.stages.atlas import make_atlas, make_view, visibility_of
 from bakery.stages.segment import BACKGROUND, HAIR, SKIN, Segmentation
-from bakery.stages.texture.hair import Mattes, _behind, hair_layer, mattes_of
+from bakery.stages.texture.hair import Mattes, _loose, _near, hair_layer, mattes_of
 from bakery.types import Camera
 
 FRONT = Camera(
@@ -87,7 +87,7 @@ def photo_with_hair_above(row):
     above = (np.arange(512)[:, None] < row) * np.ones((1, 512), bool)
     linear = np.where(above[..., None], BROWN, np.float32(0.5))
     hair = above.astype(np.float32)
-    return linear.astype(np.float32), Mattes(1 - hair, hair, *[0 * hair] * 4)
+    return linear.astype(np.float32), Mattes(1 - hair, hair, *[0 * hair] * 5)
 
 
 def test_hair_goes_on_around_the_head(head, seen):
@@ -148,9 +148,17 @@ def test_background_between_strands_is_not_hair():
     assert mattes.hair[70:74, 20:24].min() == 1
 
 
-def test_a_patch_at_the_rim_alone_lies_behind():
-    here, rooted = np.zeros((2, 60, 60), np.float32)
+def test_hair_that_does_not_reach_the_scalp_is_left_out():
+    here, growth = np.zeros((2, 60, 60), np.float32)
     here[5:15, 5:15] = here[30:40, 30:50] = 1.0
-    rooted[30:60, 45:60] = 1.0  # the second patch reaches into what is seen squarely
-    lost = _behind(here, rooted)
+    growth[30:60, 45:60] = 1.0  # the second patch reaches it
+    lost = _loose(here, growth)
     assert lost[5:15, 5:15].all() and not lost[30:40, 30:50].any()
+
+
+def test_the_strip_beside_hair_stays_at_the_hairline():
+    growth = np.zeros((250, 250), np.float32)
+    growth[:100] = 1.0
+    near = _near(growth)[:, 125]
+    assert near[:100].min() > 0.9 and near[110:].max() < 0.1
+    assert (np.diff(near) <= 1e-6).all(), "it ends softly"

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from bakery.geometry.color import LUMA
-from bakery.geometry.fill import diffuse, normalized_blur
+from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
 from bakery.geometry.noise import value_noise
 from bakery.heads.base import HeadModel
 from bakery.landmarks import LIPS_INNER, OVAL
@@ -20,17 +20,15 @@ from bakery.stages.texture.correlations import (
 )
 from bakery.stages.texture.database import blended, load_database
 from bakery.stages.texture.grain import own_grain
+from bakery.stages.texture.shadows import LIKELY, darker_half, darkness, leak, leveled, odd
 from bakery.stages.texture.shaped import shaped
 from bakery.stages.texture.synthesize import synthesized
 from bakery.stages.texture.tone import likely_tone
-from bakery.stages.texture.unwrap import PartialAlbedo
+from bakery.stages.texture.unwrap import PartialAlbedo, inner_face
 
 OBSERVED, MIRRORED, INFERRED, PAINTED = 1, 2, 3, 4  # codes of coverage.exr; 0 is outside all charts
 FAR_TONE = 0.003  # how strongly unseen skin leans to what is likely, against its borders
 SHARED = 0.05  # weight that both halves must reach somewhere before their colours are compared
-LEVELED = 0.85  # of the difference of slanting tones that goes
-DARKER = 1.0  # log of what a shadow takes away, at most
-LEVEL_BLUR = 1 / 70  # of the atlas's side: what is finer is detail
 MUCOSA = np.array([0.92, 0.66, 0.68], np.float32)  # wet inside of the lips over their outside
 GRAIN_WAVELENGTHS = (0.9, 1.8, 3.6)  # mm; pores to small blotches
 
@@ -42,6 +40,7 @@ class CompleteAlbedo:
     albedo: np.ndarray  # [T, T, 3] float32 linear
     source: np.ndarray  # [T, T] uint8
     tone: np.ndarray  # [3] linear, median of the well-seen face
+    lift: np.ndarray  # [T, T] log of how much lighter shadow on seen skin was made
 
 
 def complete(
@@ -67,19 +66,26 @@ def complete(
     on_skin, seen, observed = partial.on_skin, partial.seen, partial.albedo
     well = seen > 0.9
     tone = np.median(observed[well], 0) if well.any() else np.full(3, 0.3, np.float32)
-    joined, known, even = observed, seen, partial.even
+    lit = partial.even * (1 - darker_half(observed, seen))
+    joined, known, even = observed, seen, lit
     if method != "none":
-        joined, known, even = with_mirror(partial)
+        joined, known, even = with_mirror(observed, seen, lit)
     trusted = _trusted(known, head, atlas.size)
     low = normalized_blur(joined, known, atlas.size / 170)
-    wanted = None
+    wanted, lift = None, np.zeros_like(known)
     if method in ("quick", "synthesize"):
         database = load_database()
-        sure = trusted * even
+        likely = likely_tone(joined, trusted * even, head, atlas, database)
+        gap = darkness(likely, joined, known * partial.plain)
+        face = inner_face(head, atlas.size)
+        kept = (1 - leak(gap)) * (1 - odd(gap) * (1 - face))
+        even = even * (1 - smoothstep(*LIKELY, gap))
+        known, sure = known * kept, trusted * even * kept
         likely = likely_tone(joined, sure, head, atlas, database)
         ratio = log_ratio(low, likely) * (sure > FAR_TONE)[..., None]
         base = likely * np.exp(diffuse(ratio, np.maximum(sure, FAR_TONE * on_skin)))
-        joined = leveled(joined, known, base, 1 - even)
+        joined, known, lift = leveled(joined, known, base, 1 - even, partial.plain, face)
+        trusted = np.minimum(trusted, known)
         grain = own_grain(joined, trusted * on_skin, vertices, atlas)
         if grain is not None:
             windows = windows_of(head, atlas)
@@ -101,7 +107,7 @@ def complete(
     albedo = joined * share + inferred * (1 - share)
     if method == "synthesize" and wanted is not None:
         albedo = _at_density(albedo, 1 - share[..., 0], on_skin, wanted, head, windows)
-    return CompleteAlbedo(albedo, source, tone)
+    return CompleteAlbedo(albedo, source, tone, lift)
 
 
 def _at_density(
@@ -130,14 +136,18 @@ def _at_density(
     return albedo * np.exp(large * np.clip(hidden, 0, 1))[..., None]
 
 
-def with_mirror(partial: PartialAlbedo) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def with_mirror(
+    observed: np.ndarray, seen: np.ndarray, even: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The other half of the face stands in where it was seen and this one was not.
+
+    Args:
+        observed: [T, T, 3]; seen, even: [T, T] 0..1, as of PartialAlbedo.
 
     Returns:
         albedo of both joined [T, T, 3], how surely that is known [T, T], and how surely its tone is
         the skin's own [T, T].
     """
-    observed, seen, even = partial.albedo, partial.seen, partial.even
     seen_mirror, mirror = seen[:, ::-1], observed[:, ::-1]
     both = np.minimum(seen * even, seen_mirror * even[:, ::-1])
     if both.max() > SHARED:
@@ -147,27 +157,6 @@ def with_mirror(partial: PartialAlbedo) -> tuple[np.ndarray, np.ndarray, np.ndar
     share = np.maximum(known, 1e-6)
     joined = (observed * seen[..., None] + mirror * weight[..., None]) / share[..., None]
     return joined, known, (even * seen + even[:, ::-1] * weight) / share
-
-
-def leveled(
-    albedo: np.ndarray, known: np.ndarray, base: np.ndarray, share: np.ndarray
-) -> np.ndarray:
-    """Tones that the photo shows at a slant or in shadow, drawn to those of the skin around.
-
-    There, a photo shows light that the harmonics cannot say, and gloss. Detail stays. Skin in shadow is
-    compared without what is beside it, or the shadow's border would be left.
-
-    Args:
-        albedo: [T, T, 3] linear; known: [T, T] 0..1; base: [T, T, 3] linear, smooth.
-        share: [T, T] 0..1, how much of it.
-    """
-    sigma = LEVEL_BLUR * len(albedo)
-    weight = (known * share + 1e-4 * known)[..., None]
-    mass = np.maximum(cv2.GaussianBlur(weight, (0, 0), sigma), 1e-6)[..., None]
-    one, other = (cv2.GaussianBlur(x * weight, (0, 0), sigma) / mass for x in (base, albedo))
-    ratio = np.clip(np.log(np.maximum(one, 1e-3) / np.maximum(other, 1e-3)), -DARKER, DARKER)
-    out: np.ndarray = albedo * np.exp(LEVELED * share[..., None] * ratio)
-    return out
 
 
 def _trusted(known: np.ndarray, head: HeadModel, size: int) -> np.ndarray:

@@ -10,12 +10,18 @@ from bakery.geometry.camera import project, to_camera
 from bakery.geometry.color import LUMA
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.sample import bilinear
-from bakery.heads.base import FOLLOW
+from bakery.heads.base import FOLLOW, HeadModel
 from bakery.landmarks import EYES, LEFT_IRIS, RIGHT_IRIS
+from bakery.stages.atlas import uv_polygon
 
 MAP = 256  # pixels a side; one is 0.8 degrees, 0.16 mm on the ball
 IRIS_MM = (5.3, 6.5)  # plausible radius of an adult iris; the mean is 5.85
 COVERED = 0.4  # share of an eye's opening that is hidden, above which nothing is read from it
+LIDS = 1.8  # of an eye's opening: how far the skin goes that is as well lit as the eye
+FEW = 20  # pixels of an eye's opening, too few to tell by
+# Pupil, iris and lashes are dark. If a tenth of the opening is not darker than so much of the skin's
+# luminance, a lens mirrors something bright.
+MIRRORED = 0.3
 SCLERA_OVER_SKIN = 1.35  # luminance, when no sclera can be seen
 
 
@@ -38,7 +44,8 @@ def eye_maps(linear, occluder, points, fit, head, vertices, part, depth, skin_to
     for eye in range(2):
         inside = np.zeros(occluder.shape, np.uint8)
         cv2.fillPoly(inside, [np.round(points[EYES[eye]] * 16).astype(np.int32)], 1, shift=4)
-        hidden.append(bool(inside.any()) and occluder[inside > 0].mean() > COVERED)
+        covered = bool(inside.any()) and occluder[inside > 0].mean() > COVERED
+        hidden.append(covered or _mirrored(linear[inside > 0] @ LUMA, skin_tone @ LUMA))
         maps.append(
             _one_eye(linear, hidden[eye], points, fit, vertices, head, eye, shade, skin_tone)
         )
@@ -46,6 +53,29 @@ def eye_maps(linear, occluder, points, fit, head, vertices, part, depth, skin_to
         shown = maps[hidden.index(False)]
         maps[hidden.index(True)] = (*(layer[:, ::-1] for layer in shown[:2]), *shown[2:])
     return EyeMaps(*(np.stack(field) for field in zip(*maps)))
+
+
+def _mirrored(shown: np.ndarray, skin: float) -> bool:
+    """Whether an eye's opening [n] shows what a lens mirrors; luminances."""
+    return len(shown) > FEW and bool(np.percentile(shown, 10) > MIRRORED * skin)
+
+
+def with_lit_eyes(
+    linear: np.ndarray, points: np.ndarray, lift: np.ndarray, head: HeadModel
+) -> np.ndarray:
+    """The photo [H, W, 3] with eyes as light as the lids around them were made.
+
+    Args:
+        points: [L, 2] pixels; lift: [T, T] log, as of CompleteAlbedo.
+    """
+    out = linear
+    for lids in EYES:
+        around = uv_polygon(head, lids, LIDS, len(lift)) > 0
+        gain = np.exp(np.median(lift[around]))
+        inside = np.zeros(linear.shape[:2], np.uint8)
+        cv2.fillPoly(inside, [np.round(points[lids] * 16).astype(np.int32)], 1, shift=4)
+        out = np.where(inside[..., None] > 0, out * np.float32(gain), out)
+    return out
 
 
 def _one_eye(linear, hidden, points, fit, vertices, head, eye, shade, skin_tone):

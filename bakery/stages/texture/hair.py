@@ -12,19 +12,32 @@ from bakery.geometry.sample import bilinear
 from bakery.heads.scalp import scalp
 from bakery.landmarks import CHIN, OVAL, face_size
 from bakery.stages.atlas import soften, uv_polygon
-from bakery.stages.segment import BACKGROUND, CLOTHES, GLASSES, HAIR, HIDDEN, SKIN, Segmentation
+from bakery.stages.segment import (
+    BACKGROUND,
+    BEARD,
+    BROWS,
+    CLOTHES,
+    EYES,
+    GLASSES,
+    HAIR,
+    HIDDEN,
+    LIPS,
+    MOUTH,
+    SKIN,
+    Segmentation,
+)
 
 HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
 SHOWN_STRIP = (0.18, 0.13)  # the layer shows none, all: wider, so that nothing gapes between both
 HALO = (0.015, 0.04)  # of the eye distance, from the background: its light is on what is nearer
 SPECK = 0.04  # of the eye distance, side of the largest hole in hair that is taken for a mistake
+HAIRLINE = 1 / 25  # of the atlas's side: twice how far off the scalp a hairline's strip reaches
 JAW = 20.0  # mm above the chin, where the layer has gone
 POCKETS = 0.25  # of the eye distance, from the background: how far between strands it is seen
 LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
 ON_SCALP = (89.0, 82.0)  # degrees: the photo says nothing beyond the first, all below the second
 ON_SKIN = (89.0, 82.0)  # the same off the scalp, where hair hangs before the skin, not on it
 BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
-SQUARE = (80.0, 75.0)  # degrees: hair that is seen so well hangs before the skin, not behind it
 BARE = (89.0, 80.0)  # the same for the strip of skin beside hair, which darkens towards its edge
 CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
 
@@ -39,6 +52,7 @@ class Mattes:
     occluder: np.ndarray  # glasses, or what else hides the face
     shadow: np.ndarray  # hard cast shadow on the skin
     frame: np.ndarray  # of glasses, without their lenses
+    dark: np.ndarray  # what is darker than skin by nature: brows, beard, lips
 
 
 def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarray) -> Mattes:
@@ -67,10 +81,11 @@ def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarra
     layers = (
         segmentation.skin * taken,
         hair * clear,
-        strip * clear,
+        strip * clear * (1 - shadow),
         occluder,
         shadow,
         segmentation.labels == GLASSES,
+        np.isin(segmentation.labels, (BROWS, BEARD, LIPS, MOUTH, EYES)),
     )
     return Mattes(*(x.astype(np.float32) for x in layers))
 
@@ -124,8 +139,8 @@ def hair_layer(linear, mattes, head, atlas, visibility):
     )
     seen = on_skin + growth * (on_scalp - on_skin)
     color = atlas.paint(bilinear(linear, pixels))
-    here, edge = atlas.paint(here), atlas.paint(edge)
-    lost = _behind(here, np.maximum(growth, atlas.paint(visibility.weight(*SQUARE))))
+    here, edge = atlas.paint(here), atlas.paint(edge) * _near(growth)
+    lost = _loose(here, growth)
     here, edge = here * (1 - lost), edge * (1 - lost)
     shown = np.clip(seen * here + on_bare * edge, 0, 1)
 
@@ -152,16 +167,27 @@ def hair_layer(linear, mattes, head, atlas, visibility):
     return np.concatenate([total, alpha], -1) / np.maximum(alpha, 1)
 
 
-def _behind(here, rooted):
-    """Where hair [T, T] is of patches that the rim of the face alone shows, 0 or 1.
-
-    Such a patch hangs behind the jaw, and the outline of the fitted head reaches over it.
+def _near(growth):
+    """Where [T, T] 0..1 the strip of skin beside hair belongs to a hairline, not to a cheek.
 
     Args:
-        rooted: [T, T], 1 where hair grows or is seen well enough to lie before the skin.
+        growth: [T, T] 0..1, the scalp.
+    """
+    width = int(HAIRLINE * len(growth)) | 1
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
+    return cv2.GaussianBlur(cv2.dilate(growth, kernel), (0, 0), width / 6)
+
+
+def _loose(here, growth):
+    """Where hair [T, T] is of patches that do not reach the scalp, 0 or 1.
+
+    Such a patch hangs behind the jaw, or is no hair: a beard, the temple of glasses.
+
+    Args:
+        growth: [T, T] 0..1, the scalp.
     """
     _, patch = cv2.connectedComponents((here > 0.3).astype(np.uint8))
-    held = np.unique(patch[rooted > 0.5])
+    held = np.unique(patch[growth > 0.5])
     lost = ((patch > 0) & ~np.isin(patch, held)).astype(np.float32)
     return cv2.dilate(lost, np.ones((5, 5)))
 

@@ -18,7 +18,7 @@ from bakery.stages.face_frame import head_photo
 from bakery.stages.fit.rest import presence
 from bakery.stages.texture.complete import INFERRED, PAINTED, complete
 from bakery.stages.texture.creases import filled
-from bakery.stages.texture.eyes import eye_maps, paint_eyes
+from bakery.stages.texture.eyes import eye_maps, paint_eyes, with_lit_eyes
 from bakery.stages.texture.glasses import frame_layer, laid_over
 from bakery.stages.texture.hair import Mattes, hair_layer
 from bakery.stages.texture.interior import paint_interior
@@ -115,7 +115,7 @@ def prepare(
     blank = np.zeros((8, 8, 3), np.float32)
     drawn = condition(head, neutral, blank, fit.expression, fit.gaze, local.camera)
     eyes = eye_maps(
-        view.image,
+        with_lit_eyes(view.image, view.points, skin.lift, head),
         view.mattes.occluder,
         view.points,
         local,

@@ -14,11 +14,10 @@ from bakery.heads.base import HeadModel
 from bakery.landmarks import EYES, LIPS_INNER, OVAL
 from bakery.stages.atlas import Atlas, Visibility, soften, uv_polygon
 from bakery.stages.texture.hair import Mattes
+from bakery.stages.texture.shadows import SHADED, penumbra
 from bakery.types import Fit
 
 SLANTING = (75.0, 55.0)  # degrees from which on tones are not believed, and up to which they are
-SHADED = (0.3, 0.7)  # of the cast shadow's matte: tones are believed up to it, and not from it on
-EDGE = 170  # width of a shadow's edge on the atlas, its side over this
 PALER = 0.6  # log of red over blue: skin of one face, in all its parts, differs less
 BLUR = 1 / 500  # of the atlas's side, before colours are compared
 ISLAND = 0.02  # of the largest piece of seen skin: smaller ones beyond the face are left out
@@ -31,6 +30,7 @@ class PartialAlbedo:
     albedo: np.ndarray  # [T, T, 3] float32 linear, relative to what a photo shows as 1
     seen: np.ndarray  # [T, T] float32 0..1: how surely the photo shows bare skin there
     even: np.ndarray  # [T, T] float32 0..1: 1 where it is seen squarely and in no cast shadow
+    plain: np.ndarray  # [T, T] float32 0..1: 0 where brows, beard or lips are dark by nature
     shade: np.ndarray  # [T, T, 3] float32: the photo's light, 1 at a frontal normal
     on_skin: np.ndarray  # [T, T] float32: 1 on the charts of the skin
 
@@ -153,6 +153,7 @@ def unwrap_albedo(
         albedo,
         soften(weight * (1 - penumbra(shadow)), on_skin),
         square * smoothstep(*SHADED[::-1], shadow) * on_skin,
+        1 - atlas.paint(bilinear(mattes.dark, pixels)),
         atlas.paint(shade),
         on_skin,
     )
@@ -161,14 +162,6 @@ def unwrap_albedo(
 def inner_face(head: HeadModel, size: int) -> np.ndarray:
     """1 well within the face's contour [T, T], 0 from the contour on."""
     return cv2.GaussianBlur(uv_polygon(head, OVAL, 0.75, size), (0, 0), size / 50)
-
-
-def penumbra(shadow: np.ndarray) -> np.ndarray:
-    """The edge of a cast shadow [T, T] 0..1: neither side's tone is there. 1 on it, 0 elsewhere."""
-    dark = (shadow > 0.5).astype(np.uint8)
-    width = len(shadow) // EDGE | 1
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
-    return (cv2.dilate(dark, kernel) - cv2.erode(dark, kernel)).astype(np.float32)
 
 
 def without_foreign(albedo: np.ndarray, weight: np.ndarray, head: HeadModel) -> np.ndarray:

@@ -283,7 +283,7 @@ def paint_subject(stage, paths, seed, options=PairOptions()):
     low, high = marks.min(0), marks.max(0)
     found = Landmarks(np.concatenate([low, high - low]), 1.0, marks, np.ones(len(marks)))
     bald = np.zeros(kind.shape, np.float32)
-    mattes = Mattes((kind == PARTS.index("skin")).astype(np.float32), *[bald] * 5)
+    mattes = Mattes((kind == PARTS.index("skin")).astype(np.float32), *[bald] * 6)
     prepared = prepare(photo, found, fit, neutral, head, mattes, size * PHOTO_SIZE, method="mirror")
     subject = prepared.subject
 

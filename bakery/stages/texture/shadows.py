@@ -1,0 +1,123 @@
+"""Shadow and slanting light in what a photo shows of the skin: how far its tones go, and what is left.
+
+Harmonics of the second order know no cast shadow. Where one lies, the detail of the skin is believed and
+its tone is not (Saito 2017, section 4, masks such places out).
+"""
+
+import cv2
+import numpy as np
+
+from bakery.geometry.color import LUMA
+from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
+
+SHADED = (0.3, 0.7)  # of the cast shadow's matte: tones are believed up to it, and not from it on
+EDGE = 1 / 170  # width of a shadow's edge, of the atlas's side
+# Log by which skin is darker than it should be: no shadow up to the first, one from the second on.
+HALVES = (0.35, 0.8)  # than the other half of the face
+LIKELY = (0.35, 0.8)  # than what is likely
+WIDE, FINE = 1 / 60, 1 / 70  # of the atlas's side: halves are compared so; what is finer is detail
+ODD = (0.3, 0.6)  # log by which skin off the face differs from it: all of it is taken, and none
+RIM = (
+    1 / 45
+)  # of the atlas's side: how far light leaks into a deep shadow, and the shadow out of it
+LEVELED = 0.85  # of the difference of slanting tones that goes; of deep shadow all
+DARKER = 2.5  # log of what a shadow takes away, at most
+LOST = (
+    0.5,
+    0.9,
+)  # log that a shadow takes away off the face: detail stays up to it, and none beyond
+
+
+def penumbra(shadow: np.ndarray) -> np.ndarray:
+    """The edge of a cast shadow [T, T] 0..1: neither side's tone is there. 1 on it, 0 elsewhere."""
+    dark = (shadow > 0.5).astype(np.uint8)
+    width = int(EDGE * len(shadow)) | 1
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
+    return (cv2.dilate(dark, kernel) - cv2.erode(dark, kernel)).astype(np.float32)
+
+
+def darker_half(albedo: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """How surely [T, T] 0..1 a place lies in shadow, as the other half of the face tells.
+
+    Args:
+        albedo: [T, T, 3] linear; seen: [T, T] 0..1.
+    """
+    tone = np.log(np.maximum(normalized_blur(albedo, seen, WIDE * len(albedo)) @ LUMA, 1e-3))
+    both = np.minimum(seen, seen[:, ::-1]) > 0.5
+    out: np.ndarray = smoothstep(*HALVES, tone[:, ::-1] - tone) * both
+    return cv2.GaussianBlur(out.astype(np.float32), (0, 0), FINE * len(albedo))
+
+
+def darkness(likely: np.ndarray, albedo: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Log [T, T] by which skin is darker than what is likely, continued to where it is not seen.
+
+    Args:
+        likely, albedo: [T, T, 3] linear.
+        weight: [T, T] 0..1: seen skin, without what is dark by nature.
+    """
+    one, other = (
+        np.log(np.maximum(normalized_blur(x, weight, FINE * len(albedo)) @ LUMA, 1e-3))
+        for x in (likely, albedo)
+    )
+    return diffuse((one - other)[..., None], weight)[..., 0]
+
+
+def odd(gap: np.ndarray) -> np.ndarray:
+    """How surely [T, T] 0..1 what was seen beside the face is no even skin: sideburns, temples of glasses, glare.
+
+    Args:
+        gap: of `darkness`.
+    """
+    width = int(RIM * len(gap)) | 1
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
+    out: np.ndarray = cv2.dilate(np.float32(smoothstep(*ODD, np.abs(gap))), kernel)
+    return out
+
+
+def leak(gap: np.ndarray) -> np.ndarray:
+    """The rim [T, T] 0..1 of deep shadow, where light leaks in, redder than skin; both its sides.
+
+    Args:
+        gap: of `darkness`.
+    """
+    dark = (gap > LOST[1]).astype(np.uint8)
+    width = int(2 * RIM * len(gap)) | 1
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
+    rim = (cv2.dilate(dark, kernel) - cv2.erode(dark, kernel)).astype(np.float32)
+    return cv2.GaussianBlur(rim, (0, 0), width / 8)
+
+
+def leveled(
+    albedo: np.ndarray,
+    known: np.ndarray,
+    base: np.ndarray,
+    share: np.ndarray,
+    plain: np.ndarray,
+    face: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Tones that the photo shows at a slant or in shadow, drawn to those of the skin around.
+
+    Detail stays, but off the face a deep shadow has none that is worth keeping: that is left to be filled
+    in. Skin in shadow is compared without what is beside it, or the shadow's border would be left.
+
+    Args:
+        albedo: [T, T, 3] linear; known: [T, T] 0..1; base: [T, T, 3] linear, smooth.
+        share: [T, T] 0..1, how much of it.
+        plain: [T, T] 0..1, 0 on brows, beard and lips, which are lifted as the skin beside them.
+        face: [T, T] 0..1, 1 well within the face.
+
+    Returns:
+        albedo [T, T, 3]; how surely it is known [T, T]; log [T, T] of what was lifted.
+    """
+    sigma, share = FINE * len(albedo), np.clip(share, 0, 1)
+    weight = known * (share + 1e-4) * (plain + 1e-3)
+    mass = np.maximum(cv2.GaussianBlur(weight, (0, 0), sigma), 1e-9)[..., None]
+    one, other = (
+        cv2.GaussianBlur(x * weight[..., None], (0, 0), sigma) / mass for x in (base, albedo)
+    )
+    ratio = np.log(np.maximum(one, 1e-3)) - np.log(np.maximum(other, 1e-3))
+    deep = smoothstep(*LOST, ratio @ LUMA) * share
+    lift = np.clip(ratio, -DARKER, DARKER) * (share * np.maximum(LEVELED, deep))[..., None]
+    lost = deep * (1 - face)
+    out: np.ndarray = albedo * np.exp(lift)
+    return out, known * (1 - lost), lift @ LUMA

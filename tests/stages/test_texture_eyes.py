@@ -1,0 +1,30 @@
+"""Eyes of a photo: in shadow, and behind lenses that mirror."""
+
+import numpy as np
+from numpy.testing import assert_allclose
+
+from bakery.landmarks import EYES
+from bakery.stages.texture.eyes import FEW, _mirrored, with_lit_eyes
+
+
+def test_eyes_get_the_light_that_their_lids_get(head):
+    photo, points = np.full((200, 300, 3), 0.1, np.float32), np.zeros((478, 2))
+    for lids, left in zip(EYES, (60, 180)):
+        turn = np.linspace(0, 2 * np.pi, len(lids), endpoint=False)
+        points[lids] = np.stack([left + 25 * np.cos(turn), 100 + 10 * np.sin(turn)], 1)
+    lift = np.zeros((256, 256), np.float32)
+    lift[:, 128:] = np.log(3)  # the left half of the face was in shadow
+    out = with_lit_eyes(photo, points, lift, head)
+    marks = head.landmark_uv()
+    for lids, left in zip(EYES, (60, 180)):
+        gain = 3 if marks[lids, 0].mean() > 0.5 else 1
+        assert_allclose(out[100, left], 0.1 * gain, rtol=1e-5)
+    assert_allclose(out[150], 0.1, err_msg="no more than the eyes")
+
+
+def test_an_eye_without_anything_dark_is_behind_a_mirror():
+    window = np.full(400, 0.6)
+    eye = np.where(np.arange(400) % 5 == 0, 0.02, 0.6)  # pupil, iris and lashes
+    assert _mirrored(window, 0.4) and not _mirrored(eye, 0.4)
+    assert not _mirrored(window[:FEW], 0.4), "too few pixels to tell"
+    assert not _mirrored(0.1 * window, 0.4), "an eye in shadow"
