@@ -21,7 +21,7 @@ LIDS = 1.8  # of an eye's opening: how far the skin goes that is as well lit as 
 FEW = 20  # pixels of an eye's opening, too few to tell by
 # Pupil, iris and lashes are dark. If a tenth of the opening is not darker than so much of the skin's
 # luminance, a lens mirrors something bright.
-MIRRORED = 0.3
+MIRRORED = 0.25
 SCLERA_OVER_SKIN = 1.35  # luminance, when no sclera can be seen
 
 
