@@ -22,8 +22,8 @@ def encode(value: np.float32) -> np.float32:
     """Scene-linear to sRGB, one number; see `geometry.color`."""
     place = min(max(value, np.float32(0)), np.float32(1)) * np.float32(STEPS)
     low = min(int(place), STEPS - 1)
-    here: np.float32 = ENCODED[low]
-    return here + (ENCODED[low + 1] - here) * (place - np.float32(low))
+    between: np.float32 = ENCODED[low] + (ENCODED[low + 1] - ENCODED[low]) * (place - low)
+    return between
 
 
 @jit

@@ -14,10 +14,9 @@ from bakery.geometry import rotation
 from bakery.geometry.sample import bilinear
 from bakery.memo import once_per_object
 from bakery.runtime.cards import lay_faces
-from bakery.types import HAIR_KINDS, Camera, Fragments, HairMesh
+from bakery.types import HAIR_KINDS, HAIR_LEVELS, Camera, Fragments, HairMesh
 
 CAP = HAIR_KINDS.index("cap")
-LEVELS = 3  # of detail
 FAINT = 1e-3  # alpha of a cap's texel below which it has no colour of its own
 
 
@@ -74,7 +73,7 @@ def _make(level: int, mesh: HairMesh) -> HairCards:
     )
 
 
-_MADE = tuple(once_per_object(partial(_make, level)) for level in range(LEVELS))
+_MADE = tuple(once_per_object(partial(_make, level)) for level in range(HAIR_LEVELS))
 
 
 def soft_normals(mesh: HairMesh) -> np.ndarray:
