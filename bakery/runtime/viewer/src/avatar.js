@@ -64,9 +64,9 @@ export class Avatar {
     this.weights = new Float32Array(about.expressions.length);
     this.index = new Map(about.expressions.map((name, k) => [name, k]));
     this.hasPhoto = Boolean(about.atlases.photo);
-    this.hasHair = Boolean(about.atlases.hair);
+    this.hasHair = Boolean(about.atlases.hair || about.atlases.hair_cards);
     this.options = {
-      stage: 'studio', dynamic: true, hair: true, mouth: 'image', light: null,
+      stage: 'studio', dynamic: true, hair: true, hairLevel: null, mouth: 'image', light: null,
       layer: 'color', layerExpression: 'jawOpen', wall: [0.36, 0.37, 0.39], floor: [0.13, 0.135, 0.15],
     };
     this.orbit = { yaw: 0, pitch: 0, zoom: 1, shift: [0, 0] };

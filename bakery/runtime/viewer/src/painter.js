@@ -6,6 +6,7 @@ import { AvatarError } from './data.js';
 import { Program, emptyTexture } from './gl.js';
 import { PIECES } from './glb.js';
 import { nearestGaze } from './mouth.js';
+import { Hair, hairProgram } from './hair.js';
 import { BACKDROP, COMPOSE, FULL, HEAD_FRAGMENT, HEAD_VERTEX, MEDIAN, WEIGHTS } from './shaders.js';
 import { Textures, makeTargets } from './textures.js';
 
@@ -25,6 +26,7 @@ export function makePrograms(gl) {
     median: new Program(gl, FULL, MEDIAN),
     backdrop: new Program(gl, FULL, BACKDROP),
     head: new Program(gl, HEAD_VERTEX, HEAD_FRAGMENT),
+    hair: hairProgram(gl),
   };
 }
 
@@ -34,6 +36,7 @@ export class Painter {
   #head;
   #programs;
   #textures;
+  #hair = null;
   #flow = null;
   #flowMap = null;
   #products = new Float32Array(4 * 104);
@@ -56,6 +59,7 @@ export class Painter {
     this.#head = head;
     this.#programs = programs;
     this.#textures = new Textures(gl, about, pictures, head);
+    if (this.#textures.locks) this.#hair = new Hair(gl, head.hair);
     const cell = (name) => {
       const { columns, rows } = about.atlases[name];
       return [pictures[name].width / columns, pictures[name].height / rows];
@@ -249,18 +253,14 @@ export class Painter {
     gl.uniform2f(head.at('slide'), (gaze[0] - about.gaze[eye][0]) / cap, (about.gaze[eye][1] - gaze[1]) / cap);
     gl.uniform1i(head.at('layer'), LAYERS.indexOf(options.layer));
     gl.uniform1i(head.at('shown'), shown);
-    gl.uniform1i(head.at('lit'), Number(options.light && !inPhoto && !exact));
     gl.uniform1i(head.at('inPhoto'), Number(inPhoto));
     gl.uniform1i(head.at('soft'), Number(!exact));
     gl.uniform1f(head.at('scale'), -view.focal / view.translation[2]);
-    gl.uniform3fv(head.at('light'), about.light.flat());
-    gl.uniform3fv(head.at('fresh'), rowsOf(options.light ?? about.light));
-    gl.uniformMatrix3fv(head.at('photographed'), true, this.#toward);
-    gl.uniform1f(head.at('exposure'), this.#exposure);
+    this.#light(head, options, inPhoto || exact);
     gl.uniform2fv(head.at('cards'), this.#cards(view, weights));
     gl.uniform1f(head.at('lips'), this.lips);
     gl.uniform1i(head.at('geometry'), Number(options.mouth === 'geometry'));
-    gl.uniform2f(head.at('fade'), this.bottom + 2, this.bottom + FADE);
+    gl.uniform2fv(head.at('fade'), this.#fade);
     gl.uniform4fv(head.at('frame'), frame);
     gl.uniform1f(head.at('tall'), view.height);
     this.stats.uniformBytes += 128 + 8 * count + 48 + 24 + 24 + 256 + 8 + 28 + 8;
@@ -268,13 +268,51 @@ export class Painter {
     this.#runs(options.mouth === 'geometry' ? textures.runs.geometry : textures.runs.image);
     if (options.layer === 'color') {
       gl.disable(gl.CULL_FACE);
+      const locks = options.hair && this.#hair;
+      if (locks) this.#locks('cap', view, options, inPhoto, exact);
       gl.enable(gl.BLEND);
       gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
       gl.depthMask(false); // what is seen through hides nothing
+      head.use();
+      gl.bindVertexArray(textures.array);
       this.#runs(textures.runs.cards);
+      if (locks) this.#locks('cards', view, options, inPhoto, exact);
       gl.depthMask(true);
     }
     gl.bindVertexArray(null);
+  }
+
+  /** Cap or cards of hair with volume. */
+  #locks(part, view, options, inPhoto, exact) {
+    const gl = this.#gl;
+    const { hair } = this.#programs;
+    hair.use();
+    hair.textures({ atlas: [gl.TEXTURE_2D, this.#textures.locks] });
+    gl.uniformMatrix4fv(hair.at('view'), false, viewMatrix(view));
+    gl.uniformMatrix4fv(hair.at('projection'), false, projectionMatrix(view));
+    gl.uniform1i(hair.at('soft'), Number(!exact));
+    gl.uniform1i(hair.at('cap'), Number(part === 'cap'));
+    gl.uniform1i(hair.at('whole'), Number(inPhoto));
+    gl.uniform2fv(hair.at('fade'), this.#fade);
+    this.#light(hair, options, inPhoto || exact);
+    const level = options.hairLevel ?? (exact ? 0 : this.#hair.levelFor(view));
+    this.stats.drawCalls += this.#hair.draw(part, level, view.rotation);
+    this.stats.uniformBytes += 128 + 16 + 8 + 256;
+  }
+
+  /** The uniforms of another light than the photo's, if one is chosen and may be shown. */
+  #light(program, { light }, photographed) {
+    const gl = this.#gl;
+    gl.uniform1i(program.at('lit'), Number(light && !photographed));
+    gl.uniform3fv(program.at('light'), this.#about.light.flat());
+    gl.uniform3fv(program.at('fresh'), rowsOf(light ?? this.#about.light));
+    gl.uniformMatrix3fv(program.at('photographed'), true, this.#toward);
+    gl.uniform1f(program.at('exposure'), this.#exposure);
+  }
+
+  /** Between which heights the bust appears, mm. */
+  get #fade() {
+    return [this.bottom + 2, this.bottom + FADE];
   }
 }
 
