@@ -1,4 +1,4 @@
-"""Test data: hair with volume on a head, made by plain rules. A bob to the chin, and a crop."""
+"""Test data: hair with volume on a head, made by plain rules. A bob to the chin, a thicker one, a crop."""
 
 import numpy as np
 
@@ -11,6 +11,7 @@ SIDE, COLUMNS, ROWS = 256, 4, 8  # texels; painted strips; segments of a card
 BROWN = np.array([0.10, 0.045, 0.02])
 STYLES = {  # cards, mm of length, of width and over the skin, share that hangs before the face
     "bob": (220, 190.0, 17.0, (5.0, 17.0), True),
+    "thick": (380, 190.0, 17.0, (5.0, 22.0), True),
     "crop": (160, 28.0, 12.0, (4.0, 9.0), False),
 }
 

@@ -9,36 +9,37 @@ import { COLOR, SHINE } from './shaders.js';
 const SKULL = 240; // mm, about as tall as a head
 const ENOUGH = [420, 160]; // pixels of a head below which a coarser level of detail will do
 
-const VERTEX = `
+// Written out for each kind: a graphics card of software works through both sides of a branch.
+const vertex = (kind) => `
 precision highp float;
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 normal;
 layout(location = 2) in vec2 texel;
 uniform mat4 view, projection;
-uniform bool lit;
-${SHINE}
+uniform bool whole;
+uniform vec2 fade; // mm, where the bust ends and where it is whole
+${kind === 'lit' ? `${SHINE}\nout vec3 tint;` : ''}
 out vec2 uv;
-out vec3 tint;
-out float height;
+out float shows;
 void main() {
   uv = texel;
-  height = position.y;
-  tint = lit ? relit(normalize(normal.xyz)) : vec3(1.0);
+  shows = whole ? 1.0 : smoothstep(fade.x, fade.y, position.y);
+  ${kind === 'lit' ? 'tint = relit(normalize(normal.xyz));' : ''}
   gl_Position = projection * (view * vec4(position, 1.0));
 }`;
 
-const FRAGMENT = `
+// The atlas is sRGB-encoded and not multiplied by alpha. The reference reads it without mipmaps, colour
+// multiplied by alpha before it is mixed, in linear light: so does the kind `exact`.
+const fragment = (kind) => `
 precision highp float;
+${kind === 'lit' ? 'in vec3 tint;' : ''}
 in vec2 uv;
-in vec3 tint;
-in float height;
-uniform sampler2D atlas; // sRGB-encoded, not multiplied by alpha
-uniform bool soft, lit, cap, whole;
-uniform vec2 fade; // mm, where the bust ends and where it is whole
+in float shows;
+uniform sampler2D atlas;
+uniform float least; // alpha: 1 for the cap, which is opaque
 out vec4 color;
 ${COLOR}
-// As the reference reads it: no mipmaps, colour multiplied by alpha before it is mixed, in linear light.
-vec4 exactTexel() {
+vec4 exact() {
   ivec2 size = textureSize(atlas, 0);
   vec2 p = uv * vec2(size) - 0.5;
   ivec2 low = ivec2(floor(p));
@@ -50,18 +51,21 @@ vec4 exactTexel() {
     vec2 share = mix(1.0 - t, t, vec2(step));
     sum += share.x * share.y * vec4(toLinear(one.rgb) * one.a, one.a);
   }
-  return vec4(toEncoded(sum.rgb / max(sum.a, cap ? 1e-3 : 1e-6)), sum.a);
+  return vec4(toEncoded(sum.rgb / max(sum.a, 1e-3)), sum.a);
 }
 void main() {
-  color = soft ? texture(atlas, uv) : exactTexel();
-  if (cap) color.a = 1.0;
-  if (soft && !whole) color.a *= smoothstep(fade.x, fade.y, height);
+  color = ${kind === 'exact' ? 'exact()' : 'texture(atlas, uv)'};
+  color.a = max(color.a, least) * shows;
   if (color.a < 0.002) discard;
-  if (lit) color.rgb = toEncoded(toLinear(color.rgb) * tint);
+  ${kind === 'lit' ? 'color.rgb = toEncoded(toLinear(color.rgb) * tint);' : ''}
 }`;
 
-/** The program; made early, as the others are. */
-export const hairProgram = (gl) => new Program(gl, VERTEX, FRAGMENT);
+/**
+ * A program that draws hair.
+ * @param {WebGL2RenderingContext} gl
+ * @param {'plain' | 'lit' | 'exact'} kind
+ */
+export const hairProgram = (gl, kind) => new Program(gl, vertex(kind), fragment(kind));
 
 /** Hair on the graphics card. */
 export class Hair {

@@ -1,6 +1,6 @@
 /** Draws frames of an avatar: the passes before the picture, and the picture. */
 
-import { projectionMatrix, rotationMatrix, viewMatrix } from './camera.js';
+import { project, projectionMatrix, rotationMatrix, viewMatrix, viewOf } from './camera.js';
 import { Flow } from './flow.js';
 import { AvatarError } from './data.js';
 import { Program, emptyTexture } from './gl.js';
@@ -11,6 +11,7 @@ import { BACKDROP, COMPOSE, FULL, HEAD_FRAGMENT, HEAD_VERTEX, MEDIAN, WEIGHTS } 
 import { Textures, makeTargets } from './textures.js';
 
 const LAYERS = ['color', 'mask', 'coverage', 'uv'];
+export const SKULL = -40; // mm: how deep the axis of the view lies
 const FADE = 74; // mm over which the bust ends
 // As in `bakery/runtime/lash_cards.py`: what shows of lashes where the photo's own do; degrees off its view,
 // and eyeBlink, between which the rest appears.
@@ -26,7 +27,7 @@ export function makePrograms(gl) {
     median: new Program(gl, FULL, MEDIAN),
     backdrop: new Program(gl, FULL, BACKDROP),
     head: new Program(gl, HEAD_VERTEX, HEAD_FRAGMENT),
-    hair: hairProgram(gl),
+    hair: { plain: hairProgram(gl, 'plain') }, // the other kinds when they are wanted
   };
 }
 
@@ -59,7 +60,12 @@ export class Painter {
     this.#head = head;
     this.#programs = programs;
     this.#textures = new Textures(gl, about, pictures, head);
-    if (this.#textures.locks) this.#hair = new Hair(gl, head.hair);
+    /** Pixels of the front view that hair with volume takes above its middle and, from any side, aside of it. */
+    this.reach = [0, 0];
+    if (this.#textures.locks) {
+      this.#hair = new Hair(gl, head.hair);
+      this.reach = reachOf(head.hair, about);
+    }
     const cell = (name) => {
       const { columns, rows } = about.atlases[name];
       return [pictures[name].width / columns, pictures[name].height / rows];
@@ -220,6 +226,12 @@ export class Painter {
       gl.enable(gl.BLEND);
       gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     }
+    const hairy = this.#hair && options.hair && options.layer === 'color';
+    if (hairy) { // first, for the skin below it need not be coloured then
+      gl.disable(gl.CULL_FACE);
+      this.#locks('cap', view, options, inPhoto, exact);
+      gl.enable(gl.CULL_FACE);
+    }
     head.use();
     head.textures({
       face: [gl.TEXTURE_2D, this.targets.face.textures[0]],
@@ -268,15 +280,11 @@ export class Painter {
     this.#runs(options.mouth === 'geometry' ? textures.runs.geometry : textures.runs.image);
     if (options.layer === 'color') {
       gl.disable(gl.CULL_FACE);
-      const locks = options.hair && this.#hair;
-      if (locks) this.#locks('cap', view, options, inPhoto, exact);
       gl.enable(gl.BLEND);
       gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
       gl.depthMask(false); // what is seen through hides nothing
-      head.use();
-      gl.bindVertexArray(textures.array);
       this.#runs(textures.runs.cards);
-      if (locks) this.#locks('cards', view, options, inPhoto, exact);
+      if (hairy) this.#locks('cards', view, options, inPhoto, exact);
       gl.depthMask(true);
     }
     gl.bindVertexArray(null);
@@ -285,16 +293,16 @@ export class Painter {
   /** Cap or cards of hair with volume. */
   #locks(part, view, options, inPhoto, exact) {
     const gl = this.#gl;
-    const { hair } = this.#programs;
+    const kind = exact ? 'exact' : options.light && !inPhoto ? 'lit' : 'plain';
+    const hair = (this.#programs.hair[kind] ??= hairProgram(gl, kind));
     hair.use();
     hair.textures({ atlas: [gl.TEXTURE_2D, this.#textures.locks] });
     gl.uniformMatrix4fv(hair.at('view'), false, viewMatrix(view));
     gl.uniformMatrix4fv(hair.at('projection'), false, projectionMatrix(view));
-    gl.uniform1i(hair.at('soft'), Number(!exact));
-    gl.uniform1i(hair.at('cap'), Number(part === 'cap'));
-    gl.uniform1i(hair.at('whole'), Number(inPhoto));
+    gl.uniform1f(hair.at('least'), Number(part === 'cap'));
+    gl.uniform1i(hair.at('whole'), Number(inPhoto || exact));
     gl.uniform2fv(hair.at('fade'), this.#fade);
-    this.#light(hair, options, inPhoto || exact);
+    if (kind === 'lit') this.#light(hair, options, false);
     const level = options.hairLevel ?? (exact ? 0 : this.#hair.levelFor(view));
     this.stats.drawCalls += this.#hair.draw(part, level, view.rotation);
     this.stats.uniformBytes += 128 + 16 + 8 + 256;
@@ -351,6 +359,19 @@ function meanShade(light, head, turn) {
     count++;
   }
   return count ? count / sum : 1;
+}
+
+/** How far hair reaches from the middle of the front view: up, and aside however the head is turned; pixels. */
+function reachOf({ positions }, about) {
+  const front = viewOf(about.front_camera);
+  let [up, aside] = [0, 0];
+  for (let k = 0; k < positions.length; k += 3) {
+    const [x, y, z] = positions.subarray(k, k + 3);
+    const [, row, distance] = project(front, [x, y, z]);
+    up = Math.max(up, front.height / 2 - row);
+    aside = Math.max(aside, (Math.hypot(x, z - SKULL) * front.focal) / distance);
+  }
+  return [up, aside];
 }
 
 /** How far forward a piece of the head is at rest, mm. */

@@ -47,6 +47,8 @@ export class Textures {
     this.hairy = Boolean(pictures.hair);
     this.hair = this.#plain(pictures.hair ?? blank(0), gl.SRGB8_ALPHA8, true, this.hairy);
     this.locks = head.hair && pictures.hair_cards ? this.#plain(pictures.hair_cards, gl.RGBA8, true, true) : null;
+    // Many cards lie over each other: one level of the picture is read, not two.
+    if (this.locks) gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_NEAREST);
     this.photo = this.#plain(pictures.photo ?? blank(0), gl.SRGB8_ALPHA8, true, Boolean(pictures.photo));
     this.masks = this.#masks(pictures.masks, about.atlases.masks);
     this.#geometry(head);
