@@ -153,6 +153,7 @@ class Generated:
 
 
 HAIR_KINDS = ("cap", "card", "fringe")  # opaque; cut out by alpha; blended before the face
+HAIR_LEVELS = 3  # of detail, 0 the finest
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,7 @@ import contextlib
 import io
 import logging
 import os
+import runpy
 import signal
 import subprocess
 import sys
@@ -69,6 +70,12 @@ def head():
     from bakery.heads.file import load_head
 
     return load_head("makehuman")
+
+
+@pytest.fixture(scope="session")
+def hairdo():
+    """A function (head, neutral, style, seed, color) -> HairMesh; see tests/hairdo.py."""
+    return runpy.run_path(str(ROOT / "tests" / "hairdo.py"))["hairdo"]
 
 
 @pytest.fixture(scope="session")

@@ -53,7 +53,7 @@ timecode_base = click.option(
     "--textures", type=click.Choice(["dynamic", "static"]), default="dynamic", show_default=True,
     help="Blend the baked expressions, or show the neutral texture alone.",
 )  # fmt: skip
-@click.option("--hair/--no-hair", default=True, show_default=True, help="Show the hair layer.")
+@click.option("--hair/--no-hair", default=True, show_default=True, help="Show the hair.")
 @click.option("--work", type=click.Path(path_type=Path), help="Folder for finished parts, kept.")
 @options.overwrite
 def animate(

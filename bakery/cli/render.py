@@ -49,7 +49,7 @@ from bakery.cli import complete, options
     "--textures", type=click.Choice(["dynamic", "static"]), default="dynamic", show_default=True,
     help="Blend the baked expressions, or show the neutral texture alone.",
 )  # fmt: skip
-@click.option("--hair/--no-hair", default=True, help="Show the hair layer (shown).")
+@click.option("--hair/--no-hair", default=True, help="Show the hair (shown).")
 @click.option("--mask", type=click.Path(path_type=Path), help="PNG of the pixels of the face.")
 @options.overwrite
 def render(bundle, output, mask, turntable, overwrite, **wanted):

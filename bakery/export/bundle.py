@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from bakery.errors import BundleError
-from bakery.export import hostile, schema
+from bakery.export import hair_mesh, hostile, schema
 from bakery.export.layout import PICTURES, ROLES, WEB, gaze_parts, mouth_grid, mouth_parts
 from bakery.formats import exr, record
 from bakery.formats.exr_header import parse_header
@@ -17,7 +17,7 @@ from bakery.types import EXPRESSIONS, Textures
 
 
 def write_textures(folder, textures, masks):
-    """Write the EXR files of a bundle.
+    """Write the EXR files of a bundle, and the mesh of hair that has volume.
 
     Args:
         textures: Textures.
@@ -31,6 +31,10 @@ def write_textures(folder, textures, masks):
     exr.write_exr(folder / "mouth.exr", _mouth_sheets(textures.mouths))
     if len(textures.albedo):
         exr.write_exr(folder / "albedo.exr", {"albedo": textures.albedo})
+    if textures.hair_mesh is not None:
+        colors = {name: color for name, (_, color) in hair_mesh.PARTS.items()}
+        exr.write_exr(folder / hair_mesh.ATLAS, hair_mesh.pictures(textures.hair_mesh), colors)
+        record.write_arrays(folder / hair_mesh.MESH, hair_mesh.arrays(textures.hair_mesh))
     coverage = {"source": textures.source, "facing": textures.facing}
     exr.write_exr(folder / "coverage.exr", coverage, exr.DATA)
     exr.write_exr(folder / "masks.exr", dict(zip(EXPRESSIONS, masks)), exr.DATA)
@@ -166,12 +170,24 @@ def read_textures(folder, manifest):
             **(
                 {"albedo": parts["albedo"][manifest["albedo"]["part"]]} if "albedo" in parts else {}
             ),
+            hair_mesh=read_hair(folder, manifest) if "hair_mesh" in manifest else None,
         )
         places = [manifest["masks"]["channels"][name] for name in EXPRESSIONS]
         planes = [_channel(masks[place["part"]], place["channel"]) for place in places]
         return textures, np.stack(planes).astype(np.float32)
     except (KeyError, ValueError, IndexError) as error:
         raise BundleError(f"{folder}: its textures do not fit its manifest ({error})") from None
+
+
+def read_hair(folder, manifest):
+    """The HairMesh of a bundle.
+
+    Raises:
+        BundleError: damaged.
+        KeyError, ValueError: its arrays do not go together.
+    """
+    parts = dict(_parts(folder, manifest, hair_mesh.ATLAS))
+    return hair_mesh.assembled(read_file(folder, manifest, hair_mesh.MESH), parts)
 
 
 def _channel(picture, name):
@@ -246,6 +262,7 @@ def summary(folder, manifest):
         "gaze": len(manifest["gaze"]["parts"]),
         "mouths": len(manifest["mouths"]["landmarks"]),
         "lods": [lod["triangles"] for lod in manifest["lods"]],
+        **({"hair cards": manifest["hair_mesh"]["cards"]} if "hair_mesh" in manifest else {}),
         "channels": status,
         "coverage": manifest["coverage"]["shares"],
         "notes": manifest["provenance"]["input"]["notes"],

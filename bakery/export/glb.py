@@ -14,7 +14,10 @@ from bakery.formats.files import write_bytes
 
 METRES = 0.001  # glTF's unit, from millimetres
 STILL = 0.005  # mm; a vertex that moves less is at rest
+HEAD_NODE, HAIR_NODE = "head_lod", "hair_lod"  # with the number of the level
 CLEAR = ("lashes", "tear")  # materials that are seen through, from both sides
+HAIR = {"hair_cap": gltf.OPAQUE, "hair_cards": gltf.MASK, "hair_fringe": gltf.BLEND}  # alphaMode
+CUT = 0.4  # alpha below which cards of hair are clear, in programs that do not sort them
 GLOSS = 0.1  # roughness of the tear line
 
 
@@ -38,8 +41,8 @@ class Surface:
         check_array("Surface.shapes", self.shapes, (None, count, 3))
 
 
-def write_glb(path, levels, shape_names, texture, cards, generator):
-    """Write a head: one node a level of detail, the finest in the scene.
+def write_glb(path, levels, shape_names, texture, cards, generator, hair=None):
+    """Write a head: one node a level of detail, the finest in the scene; its hair is its child.
 
     Args:
         path: where to.
@@ -48,6 +51,7 @@ def write_glb(path, levels, shape_names, texture, cards, generator):
         texture: bytes of a JPEG or PNG, the atlas.
         cards: bytes of a PNG with alpha, the picture of the CLEAR materials, or None without them.
         generator: name and version of the program.
+        hair: export.hair_surfaces.Hair, or None without volume.
     """
     made = _Writer()
     document = gltf.GLTF2(asset=gltf.Asset(version="2.0", generator=generator))
@@ -62,16 +66,23 @@ def write_glb(path, levels, shape_names, texture, cards, generator):
         )
     ]
     document.textures = [gltf.Texture(source=0, sampler=0)]
-    if cards is not None:
-        document.images.append(
-            gltf.Image(name="cards", mimeType="image/png", bufferView=made.view(cards))
-        )
-        document.textures.append(gltf.Texture(source=1, sampler=0))
+    clear = {"cards": cards, "hair": None if hair is None else hair.picture}
+    for name, picture in clear.items():
+        if picture is not None:
+            source = len(document.images)
+            view = made.view(picture)
+            document.images.append(gltf.Image(name=name, mimeType="image/png", bufferView=view))
+            document.textures.append(gltf.Texture(source=source, sampler=0))
     document.extensionsUsed = ["KHR_materials_unlit", "MSFT_lod"]
-    names = list(dict.fromkeys(piece.name for level in levels for piece in level))
-    document.materials = [_material(name) for name in names]
+    locks = [[]] * len(levels) if hair is None else hair.levels
+    names = list(dict.fromkeys(piece.name for level in [*levels, *locks] for piece in level))
+    document.materials = [_material(name, len(document.textures) - 1) for name in names]
     for number, level in enumerate(levels):
-        _add_mesh(document, made, f"head_lod{number}", level, names, shape_names)
+        _add_mesh(document, made, f"{HEAD_NODE}{number}", level, names, shape_names)
+    for number, pieces in enumerate(locks):
+        if pieces:
+            document.nodes[number].children = [len(document.nodes)]
+            _add_mesh(document, made, f"{HAIR_NODE}{number}", pieces, names, [])
     if len(levels) > 1:
         document.nodes[0].extensions = {"MSFT_lod": {"ids": list(range(1, len(levels)))}}
     document.scenes = [gltf.Scene(name="head", nodes=[0])]
@@ -111,9 +122,12 @@ def _write(path, document, made):
     write_bytes(path, b"".join(document.save_to_bytes()))
 
 
-def _material(name):
+def _material(name, last):
+    """The material of a surface; hair has the last picture."""
     if name in CLEAR:
         return _clear_material(name)
+    if name in HAIR:
+        return _hair_material(name, last)
     material = _unlit(name)
     material.pbrMetallicRoughness.baseColorTexture = gltf.TextureInfo(index=0)
     return material
@@ -150,13 +164,21 @@ def _clear_material(name):
     return material
 
 
+def _hair_material(name, picture):
+    material = _unlit(name)
+    material.pbrMetallicRoughness.baseColorTexture = gltf.TextureInfo(index=picture)
+    material.alphaMode, material.doubleSided = HAIR[name], True
+    material.alphaCutoff = CUT if HAIR[name] == gltf.MASK else None
+    return material
+
+
 def _add_mesh(document, made, name, surfaces, materials, shape_names):
+    shapes = {"weights": [0.0] * len(shape_names), "extras": {"targetNames": list(shape_names)}}
     document.meshes.append(
         gltf.Mesh(
             name=name,
             primitives=[_primitive(made, piece, materials) for piece in surfaces],
-            weights=[0.0] * len(shape_names),
-            extras={"targetNames": list(shape_names)},
+            **(shapes if shape_names else {}),
         )
     )
     document.nodes.append(gltf.Node(name=name, mesh=len(document.meshes) - 1))

@@ -11,6 +11,8 @@ ROLES = {
     "face.exr": "face",
     "masks.exr": "masks",
     "hair.exr": "hair",
+    "hair_cards.exr": "hair",
+    "hair_mesh.npz": "hair",
     "albedo.exr": "albedo",
     "coverage.exr": "coverage",
     "gaze.exr": "gaze",

@@ -6,7 +6,8 @@ import numpy as np
 
 from bakery import __version__
 from bakery.export import bundle as bundles
-from bakery.export import layout
+from bakery.export import hair_mesh, layout
+from bakery.export.glb import HAIR_NODE, HEAD_NODE
 from bakery.export.lod import COARSE, RATIOS, head_surfaces, simplify
 from bakery.export.schema import VERSION
 from bakery.formats import record
@@ -38,16 +39,25 @@ def levels_of_detail(head, neutral):
     return levels
 
 
-def describe_levels(levels):
-    """What the manifest says of the levels of detail in head.glb."""
-    return [
-        {
-            "node": f"head_lod{number}",
-            "vertices": sum(len(piece.vertices) for piece in level),
-            "triangles": sum(len(piece.faces) for piece in level),
-        }
-        for number, level in enumerate(levels)
-    ]
+def describe_levels(levels, hair=()):
+    """What the manifest says of the levels of detail in head.glb.
+
+    Args:
+        levels, hair: lists of Surfaces a level.
+    """
+    found = [_level(f"{HEAD_NODE}{number}", level) for number, level in enumerate(levels)]
+    for number, (level, pieces) in enumerate(zip(found, hair)):
+        if pieces:
+            level["hair"] = _level(f"{HAIR_NODE}{number}", pieces)
+    return found
+
+
+def _level(node, pieces):
+    return {
+        "node": node,
+        "vertices": sum(len(piece.vertices) for piece in pieces),
+        "triangles": sum(len(piece.faces) for piece in pieces),
+    }
 
 
 def channels(head, textures, masks):
@@ -186,6 +196,9 @@ def _textures_table(textures, masks):
             "part": "hair",
             "layout": "RGBA over the face texture, colour multiplied by alpha; lashes in uv/cards",
         },
+        **(
+            {} if textures.hair_mesh is None else {"hair_mesh": hair_mesh.table(textures.hair_mesh)}
+        ),
         **(ALBEDO if len(textures.albedo) else {}),
         "gaze": {
             "file": "gaze.exr",

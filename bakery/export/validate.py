@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bakery.errors import BakeryError
-from bakery.export import bundle, hostile, schema
+from bakery.export import bundle, hair_mesh, hostile, schema
 from bakery.export.layout import RIG, is_opened
 from bakery.export.validate_glb import glb_problems
 from bakery.export.web import files as web
@@ -78,7 +78,7 @@ def examine(folder: str | os.PathLike) -> Report:
         found += more
         notes += newer
     if not found:
-        found = _head_problems(folder / RIG, manifest)
+        found = _head_problems(folder / RIG, manifest) + _hair_problems(folder, manifest)
     return Report(found, notes)
 
 
@@ -103,6 +103,7 @@ def _file_problems(folder, manifest):
     needed = [*NEEDED, *(["head.glb"] if manifest["lods"] else [])]
     needed += [atlas["file"] for atlas in manifest.get("web", {}).values()]
     needed += ["albedo.exr"] if "albedo" in manifest else []
+    needed += [hair_mesh.MESH, hair_mesh.ATLAS] if "hair_mesh" in manifest else []
     needed += [manifest["photo"]] if "photo" in manifest else []
     found += [f"{name}: missing from the list of files" for name in needed if name not in listed]
     for here, folders, files in os.walk(folder):
@@ -155,10 +156,13 @@ def _content_problems(path, name, manifest):
             return _exr_problems(path, name, manifest)
         if name == "head.glb":
             nodes = [lod["node"] for lod in manifest["lods"]]
-            return glb_problems(name, bundle.read_bytes(path), nodes, minor), []
+            still = [lod["hair"]["node"] for lod in manifest["lods"] if "hair" in lod]
+            return glb_problems(name, bundle.read_bytes(path), nodes, minor, still), []
         if name.endswith(".glb"):
-            meshes = ["head"] if name.startswith(f"{web.FOLDER}/") else PROXIES
-            return glb_problems(name, bundle.read_bytes(path), meshes, minor), []
+            played = name.startswith(f"{web.FOLDER}/")
+            still = ["hair"] if played and "hair_mesh" in manifest else []
+            meshes = ["head"] if played else PROXIES
+            return glb_problems(name, bundle.read_bytes(path), meshes, minor, still), []
         if name == web.DESCRIPTION:
             return _web_problems(path, name, manifest)
         if name.endswith((".png", ".webp", ".jpg")):
@@ -184,6 +188,19 @@ def _head_problems(path, manifest):
     return []
 
 
+def _hair_problems(folder, manifest):
+    """Hair with volume: arrays of the right kinds that go together; opened last, as the head is."""
+    if "hair_mesh" not in manifest:
+        return []
+    try:
+        mesh = bundle.read_hair(folder, manifest)
+    except (KeyError, ValueError) as error:
+        return [f"{hair_mesh.MESH}: {error}"]
+    stated = {name: manifest["hair_mesh"][name] for name in ("cards", "triangles")}
+    found = {name: hair_mesh.table(mesh)[name] for name in stated}
+    return [] if found == stated else [f"{hair_mesh.MESH}: holds {found}, stated are {stated}"]
+
+
 def _exr_layout(manifest):
     """File -> what its parts must be: their names, channels and colorInteropID."""
     masks = manifest["masks"]["channels"].values()
@@ -204,17 +221,25 @@ def _exr_layout(manifest):
     }
 
 
+def _parts_wanted(name, manifest):
+    """Part -> its channels and colorInteropID."""
+    if name == hair_mesh.ATLAS:
+        return hair_mesh.PARTS if "hair_mesh" in manifest else {}
+    names, channels, color = _exr_layout(manifest)[name]
+    return dict.fromkeys(names, (channels, color))
+
+
 def _exr_problems(path, name, manifest):
     minor = schema.read_version(MANIFEST, manifest)
     headers = {part.name: part for part in exr.read_header(path)}
-    layout = _exr_layout(manifest)
-    wanted, channels, color = layout[name]
+    wanted = _parts_wanted(name, manifest)
     found = [f"{name}: lacks part '{part}'" for part in wanted if part not in headers]
     unknown = [f"{name}: unknown part '{part}'" for part in headers if part not in wanted]
-    if minor >= 1 and name == "masks.exr" and channels != "Y":
+    if minor >= 1 and name == "masks.exr" and any(kind != "Y" for kind, _ in wanted.values()):
         found.append(f"{name}: has not one part with the channel Y for each expression")
     known = [headers[part] for part in wanted if part in headers]
     for part in known:
+        channels, color = wanted[part.name]
         if part.channels != channels:
             found.append(f"{name}: part '{part.name}' has channels {part.channels}")
         if part.color != color:

@@ -11,7 +11,9 @@ DAMAGE = (
 )  # fmt: skip
 
 
-def glb_problems(name: str, data: bytes, meshes: Iterable[str], minor: int) -> list[str]:
+def glb_problems(
+    name: str, data: bytes, meshes: Iterable[str], minor: int, still: Iterable[str] = ()
+) -> list[str]:
     """Findings about a GLB file.
 
     Args:
@@ -20,6 +22,7 @@ def glb_problems(name: str, data: bytes, meshes: Iterable[str], minor: int) -> l
         meshes: names of those that it must hold.
         minor: version of the bundle. Since 1 there is one scene, and every accessor has a view or
             is sparse: programs refuse others, though glTF takes them for zeros.
+        still: names of those that it must hold too, without morph targets.
     """
     if len(data) < 28 or data[:4] != b"glTF":
         return [f"{name}: not binary glTF"]
@@ -30,13 +33,15 @@ def glb_problems(name: str, data: bytes, meshes: Iterable[str], minor: int) -> l
     if 28 + chunk + binary > length:
         return [f"{name}: damaged"]
     try:
-        found = _document_problems(json.loads(data[20 : 20 + chunk]), binary, meshes, minor)
+        found = _document_problems(
+            json.loads(data[20 : 20 + chunk]), binary, meshes, minor, tuple(still)
+        )
     except DAMAGE:
         found = ["its description is damaged"]
     return [f"{name}: {line}" for line in found]
 
 
-def _document_problems(document, binary, meshes, minor):
+def _document_problems(document, binary, meshes, minor, still):
     """See `glb_problems`; raises one of DAMAGE where the description is not one at all."""
     views, accessors = document["bufferViews"], document["accessors"]
     for number, view in enumerate(views):
@@ -51,10 +56,14 @@ def _document_problems(document, binary, meshes, minor):
         elif "sparse" not in accessor and minor >= 1:
             return [f"accessor {number} has no buffer view, which many programs refuse"]
     named = {mesh["name"]: mesh for mesh in document["meshes"]}
-    found = [f"lacks {mesh}" for mesh in meshes if mesh not in named]
+    found = [f"lacks {mesh}" for mesh in [*meshes, *still] if mesh not in named]
     if len(document["scenes"]) != 1 and minor >= 1:
         found.append(f"has {len(document['scenes'])} scenes; programs that draw all need one")
     for name, mesh in named.items():
+        if name in still:
+            if any("targets" in primitive for primitive in mesh["primitives"]):
+                found.append(f"mesh {name[:40]}: has morph targets; hair keeps its shape")
+            continue
         if tuple(mesh["extras"]["targetNames"]) != EXPRESSIONS:
             found.append(f"mesh {name[:40]}: its morph targets are not the 52 ARKit names in order")
         for primitive in mesh["primitives"]:

@@ -5,9 +5,10 @@ from typing import Any
 
 from bakery import __version__
 from bakery.export.glb import write_glb, write_proxies
+from bakery.export.hair_surfaces import Hair, hair_levels
 from bakery.export.lod import proxy_surfaces
 from bakery.export.manifest import describe_levels, levels_of_detail
-from bakery.export.web.files import card_picture, small_picture
+from bakery.export.web.files import card_picture, small_layer, small_picture
 from bakery.formats import image
 from bakery.heads.lashes import card_rectangle, card_texels
 from bakery.runtime.avatar import Avatar
@@ -33,8 +34,13 @@ class GlbExporter:
         if card_rectangle(head) is not None:
             sheet = textures.hair[card_texels(head, len(textures.hair))]
             cards = image.encode_image(card_picture(sheet), ".png")
-        write_glb(target, levels, EXPRESSIONS, picture, cards, MAKER)
-        return {"lods": describe_levels(levels)}
+        hair = None
+        if textures.hair_mesh is not None:
+            sheet = small_layer(textures.hair_mesh.texture, size)
+            locks = hair_levels(textures.hair_mesh, len(levels))
+            hair = Hair(locks, image.encode_image(card_picture(sheet), ".png"))
+        write_glb(target, levels, EXPRESSIONS, picture, cards, MAKER, hair)
+        return {"lods": describe_levels(levels, hair.levels if hair else ())}
 
 
 class ProxiesExporter:

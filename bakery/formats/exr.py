@@ -8,7 +8,7 @@ damage to stdout and stderr where it should raise, and opens the pixels of all p
 import io
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import OpenEXR
@@ -30,12 +30,12 @@ THREADS = 2  # lines are packed one by one: the bytes do not depend on it
 LARGEST = 2**31  # bytes of a file
 
 
-def write_exr(path, parts: dict, color: str = LINEAR) -> int:
+def write_exr(path, parts: dict, color: str | Mapping[str, str] = LINEAR) -> int:
     """Write pictures as the parts of one file.
 
     Args:
         parts: name -> [H, W], [H, W, 3] or [H, W, 4]; written as half float.
-        color: colorInteropID of all parts; LINEAR also writes the chromaticities of Rec.709.
+        color: colorInteropID of all parts, or of each by its name; LINEAR also writes the chromaticities of Rec.709.
 
     Returns:
         The number of bytes.
@@ -47,9 +47,9 @@ def write_exr(path, parts: dict, color: str = LINEAR) -> int:
         header = {
             "compression": OpenEXR.ZIP_COMPRESSION,
             "type": OpenEXR.scanlineimage,
-            "colorInteropID": color,
+            "colorInteropID": color if isinstance(color, str) else color[name],
         }
-        if color == LINEAR:
+        if header["colorInteropID"] == LINEAR:
             header["chromaticities"] = REC709
         made.append(OpenEXR.Part(header, {names: OpenEXR.Channel(picture)}, name))
     buffer = io.BytesIO()

@@ -57,7 +57,9 @@ def portraits(avatar: Avatar, wanted: Iterable[Pose], size: int) -> Iterator[np.
     player = Player(avatar)
     work = player.workspace(size, size)
     for expression, gaze, yaw in wanted:
-        camera = head_camera(avatar.fit, avatar.head, avatar.neutral, yaw, size=size)
+        camera = head_camera(
+            avatar.fit, avatar.head, avatar.neutral, yaw, size=size, hair=avatar.textures.hair_mesh
+        )
         yield player.picture(work, camera, expression, np.array(gaze, float))
 
 

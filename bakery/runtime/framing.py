@@ -1,4 +1,4 @@
-"""Cameras that hold the whole head, from whatever side it is seen."""
+"""Cameras that hold the whole head and its hair, from whatever side it is seen."""
 
 import numpy as np
 
@@ -6,16 +6,19 @@ from bakery.geometry import camera as cameras
 from bakery.heads.base import HeadModel, weights
 from bakery.landmarks import CHIN
 from bakery.stages.condition import SIZE
-from bakery.types import Camera, Fit
+from bakery.types import Camera, Fit, HairMesh
 
 MARGIN = 1.06  # of the ball around the head, for lashes, lips that are pushed out and air
 
 
-def head_ball(head: HeadModel, neutral: np.ndarray) -> tuple[np.ndarray, float]:
+def head_ball(
+    head: HeadModel, neutral: np.ndarray, hair: HairMesh | None = None
+) -> tuple[np.ndarray, float]:
     """A ball around the head without its neck, the jaw dropped or not.
 
     Args:
         neutral: [V, 3] mm.
+        hair: with volume, which the ball holds too.
 
     Returns:
         its centre [3] and its radius, mm, head space.
@@ -23,9 +26,9 @@ def head_ball(head: HeadModel, neutral: np.ndarray) -> tuple[np.ndarray, float]:
     skin = head.part_vertices("skin")
     chin = head.landmarks(neutral)[CHIN, 1].min()
     dropped = head.vertices(neutral, weights({"jawOpen": 1.0}))
-    points = np.concatenate(
-        [neutral[skin][neutral[skin, 1] > chin], head.landmarks(dropped)[CHIN]]
-    ).astype(np.float64)
+    above = neutral[skin][neutral[skin, 1] > chin]
+    locks = np.zeros((0, 3)) if hair is None else hair.vertices
+    points = np.concatenate([above, head.landmarks(dropped)[CHIN], locks]).astype(np.float64)
     center = (points.min(0) + points.max(0)) / 2
     return center, float(np.linalg.norm(points - center, axis=1).max())
 
@@ -37,6 +40,7 @@ def head_camera(
     yaw: float = 0.0,
     pitch: float = 0.0,
     size: int = SIZE,
+    hair: HairMesh | None = None,
 ) -> Camera:
     """A camera with the photo's lens and distance that holds the whole head, upright and centred.
 
@@ -48,8 +52,9 @@ def head_camera(
         neutral: [V, 3] mm.
         yaw, pitch: degrees the head turns to the subject's left and up.
         size: pixels a side.
+        hair: with volume, which the picture holds too.
     """
-    center, radius = head_ball(head, neutral)
+    center, radius = head_ball(head, neutral, hair)
     straight = cameras.view(fit.camera, 0.0, 0.0, center)
     x, y, z = cameras.to_camera(center, straight)
     edges = []

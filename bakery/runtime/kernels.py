@@ -1,6 +1,6 @@
 """Inner loops of the fast player: what `render`, `blend` and `mouth` say, texel by texel.
 
-What lies over the head and the last loop of all stand in `lash_card_kernels` and `shading`.
+What lies over the head and the last loop of all stand in `card_kernels` and `shading`.
 
 Each compiles once with numba and is kept on disk; none holds the interpreter's lock, so that frames
 are drawn side by side in threads.
@@ -41,6 +41,26 @@ def reach(
         int(min(max(top // samples, 0), height)), int(min(max(bottom // samples + 1, 0), height)),
         int(min(max(left // samples, 0), width)), int(min(max(right // samples + 1, 0), width)),
     )  # fmt: skip
+
+
+@jit
+def inside(
+    at: tuple[float, float, float], steps: tuple[float, float, float], count: int
+) -> tuple[int, int]:
+    """The first and the last column, from 0 to `count`, at which no barycentric weight is below 0.
+
+    Args:
+        at: the three weights at column 0; steps: what a column adds to each.
+    """
+    first, last = 0.0, float(count)
+    for value, step in zip(at, steps):
+        if step > 0:
+            first = max(first, np.ceil(-value / step - ROUNDING))
+        elif step < 0:
+            last = min(last, np.floor(-value / step + ROUNDING))
+        elif value < 0:
+            last = -1.0
+    return int(first), int(last)
 
 
 @jit
@@ -90,22 +110,14 @@ def rasterize(
         la_x, lb_x = (by - cy) * scale, (cy - ay) * scale
         w_x = la_x * (wa - wc) + lb_x * (wb - wc)
         steps = (la_x, lb_x, -la_x - lb_x)
-        turns = (1 / la_x, 1 / lb_x, 1 / steps[2])  # infinite for an edge along the row
         x = left + 0.5
         for row in range(top, bottom + 1):
             y = row + 0.5
             la = ((bx - x) * (cy - y) - (cx - x) * (by - y)) * scale
             lb = ((cx - x) * (ay - y) - (ax - x) * (cy - y)) * scale
-            first, last = 0.0, float(right - left)  # columns from `left` that lie in the face
-            for at, step, turn in zip((la, lb, 1.0 - la - lb), steps, turns):
-                if step > 0:
-                    first = max(first, np.ceil(-at * turn - ROUNDING))
-                elif step < 0:
-                    last = min(last, np.floor(-at * turn + ROUNDING))
-                elif at < 0:
-                    last = -1.0
+            first, last = inside((la, lb, 1.0 - la - lb), steps, right - left)
             w = wc + la * (wa - wc) + lb * (wb - wc)
-            for column in range(int(first), int(last) + 1):
+            for column in range(first, last + 1):
                 near = np.float32(w + column * w_x)
                 if near > best[row, left + column]:
                     best[row, left + column] = near

@@ -15,9 +15,10 @@ from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import to_encoded
 from bakery.heads.base import CARDS, EYES, FOLLOW, PARTS, PROXIES, HeadModel
-from bakery.runtime import kernels, lash_card_kernels, shading
+from bakery.runtime import card_kernels, kernels, shading
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import gaze_slide, lay_hair, nearest_gaze
+from bakery.runtime.hair_cards import hair_cards
 from bakery.runtime.lash_cards import card_sides, card_weights
 from bakery.runtime.mouth import neighbours
 from bakery.runtime.render import BEHIND, SAMPLES, SHOWN, Frame, paintable
@@ -40,13 +41,13 @@ class Workspace:
 
     face: np.ndarray  # [H n, W n] int32
     best: np.ndarray  # [H n, W n] float32
-    texels: np.ndarray  # [..., 4] float32: skin, mouth, both eyes
+    texels: np.ndarray  # [..., 4] float32: skin, mouth, both eyes, the hair's cap
     plain: np.ndarray  # [tiles] bool: squares of the skin that hold the neutral texture
     seen: np.ndarray  # [F] bool
     needed: np.ndarray  # [tiles] bool
     planes: np.ndarray  # [F, 9] float64
     marks: np.ndarray  # [h, w] bool
-    cards: np.ndarray  # [H n, W n, 4] float32: lashes and tear line
+    cards: np.ndarray  # [H n, W n, 4] float32: hair, lashes and tear line
     color: np.ndarray  # [H, W, 4] float32: premultiplied colour, `Frame.face`
     alpha: np.ndarray  # [H, W] float32
 
@@ -61,7 +62,10 @@ class Player:
         used, compact = np.unique(head.faces[[*shown, *cards]], return_inverse=True)
         self.used = used  # [v] the vertices that are shown
         compact = compact.reshape(-1, 3).astype(np.int32)
-        self.faces, self.card_faces = compact[: len(shown)], compact[len(shown) :]
+        self.hair = hair_cards(textures.hair_mesh if hair else None)
+        self.faces = np.concatenate([compact[: len(shown)], self.hair.cap + np.int32(len(used))])
+        self.hair_faces = self.hair.cards + np.int32(len(used))
+        self.card_faces = compact[len(shown) :]
         self.rest = np.ascontiguousarray(avatar.neutral[used], np.float32)
         basis = np.asarray(head.expression_basis[:, used], np.float32)
         self.basis = basis.reshape(len(basis), -1)  # [E, 3 v]
@@ -77,12 +81,14 @@ class Player:
         self.mouths = np.ascontiguousarray(sortable(textures.mouths).transpose(1, 2, 3, 0))
         eyes = np.stack(np.split(np.asarray(textures.gaze, np.float32), 2, axis=2), 1)
         self.eyes = np.concatenate([eyes, np.ones_like(eyes[..., :1])], -1)  # [20, 2, h, w, 4]
+        self.cap_texture, cap_corners = _piece(self.hair.texture, self.hair.cap_uv)
         sides = [(self.size, self.size), self.mouths.shape[:2], *[self.eyes.shape[2:4]] * 2]
+        sides.append(self.cap_texture.shape[:2])
         starts = np.cumsum([0, *(height * width for height, width in sides)])
         self.texels = starts[-1]
         self.places = np.array([(n, w, h) for n, (h, w) in zip(starts, sides)])
-        self.places = self.places[[0, 1, 2, 3, 0]]  # the tongue lies on the skin's texture
-        self._prepare_faces(head, shown)
+        self.places = self.places[[0, 1, 2, 3, 0, 4]]  # the tongue lies on the skin's texture
+        self._prepare_faces(head, shown, cap_corners)
         self._prepare_cards(head, cards)
         self.bytes = np.floor(
             to_encoded(np.arange(LEVELS, dtype=np.float32) / (LEVELS - 1)) * 255 + 0.5
@@ -102,8 +108,12 @@ class Player:
         self.lips_rest = (rest - rest.mean(0))[:, :2] * scale
         self.lips_basis = on(head.expression_basis, LIPS)[..., :2] * scale
 
-    def _prepare_faces(self, head: HeadModel, shown: np.ndarray) -> None:
-        """Where each face lies on its texture, and which squares of the skin it touches."""
+    def _prepare_faces(self, head: HeadModel, shown: np.ndarray, cap: np.ndarray) -> None:
+        """Where each face lies on its texture, and which squares of the skin it touches.
+
+        Args:
+            cap: [C, 3, 2] texels, of the faces of the hair's cap.
+        """
         size = self.size
         sizes = {"mouth_sheet": self.mouths.shape[1::-1]}
         for eye in EYES:
@@ -119,12 +129,14 @@ class Player:
                 local = (uv[mine] - [left, top]) / [width, height]
                 self.corners[mine] = local * sizes[name]
         self.kind[head.face_part[shown] == PARTS.index("tongue")] = shading.TONGUE
+        self.kind = np.concatenate([self.kind, np.full(len(cap), shading.CAP, np.uint8)])
+        self.corners = np.concatenate([self.corners, cap])
         self.sheet = np.unique(self.faces[self.kind == 1])
         across = -(-size // kernels.TILE)
         low = np.clip((self.corners.min(1) - 1.5) // kernels.TILE, 0, across - 1).astype(int)
         high = np.clip((self.corners.max(1) + 1.5) // kernels.TILE, 0, across - 1).astype(int)
         lists = [
-            [] if 0 < kind < shading.TONGUE else [y * across + x for y in range(a[1], b[1] + 1) for x in range(a[0], b[0] + 1)]
+            [] if kind not in (0, shading.TONGUE) else [y * across + x for y in range(a[1], b[1] + 1) for x in range(a[0], b[0] + 1)]
             for kind, a, b in zip(self.kind, low, high)
         ]  # fmt: skip
         self.tile_start = np.cumsum([0, *map(len, lists)]).astype(np.int32)
@@ -132,25 +144,23 @@ class Player:
         self.corners = self.corners.astype(np.float32)
 
     def _prepare_cards(self, head: HeadModel, cards: np.ndarray) -> None:
-        """Their piece of the hair layer; bundles made before lashes were drawn have none there."""
+        """Pieces of textures for lashes and hair; old bundles have no lashes in the hair layer."""
         layer = self.avatar.textures.hair
-        uv = head.uv[head.uv_faces[cards]].astype(np.float64) * layer.shape[0]  # [F, 3, 2]
-        if not len(cards):
-            uv = np.zeros((0, 3, 2))
-        low = np.maximum(np.floor(uv.min((0, 1), initial=layer.shape[0])).astype(int) - 1, 0)
-        high = np.ceil(uv.max((0, 1), initial=0)).astype(int) + 1
-        self.card_texture = np.array(layer[low[1] : high[1], low[0] : high[0]], np.float32)
+        self.card_texture, self.card_corners = _piece(
+            np.asarray(layer, np.float32), head.uv[head.uv_faces[cards]]
+        )
         if not self.card_texture[..., 3:].any():
             self.card_faces = self.card_faces[:0]
-        self.card_corners = (uv - low).astype(np.float32)
-        self.card_vertices = np.unique(self.card_faces)
+        self.card_vertices = np.unique(np.concatenate([self.card_faces, self.hair_faces]))
         self.card_sides = card_sides(head, cards)
+        self.hair_texture, self.hair_corners = _piece(self.hair.texture, self.hair.cards_uv)
 
     def workspace(self, width: int, height: int) -> Workspace:
         """New buffers for pictures of this size."""
         fine, size = (height * SAMPLES, width * SAMPLES), self.size
         texels = np.ones((self.texels, 4), np.float32)
         texels[: size * size, 3] = self.known.ravel()
+        texels[self.places[shading.CAP, 0] :] = self.cap_texture.reshape(-1, 4)
         return Workspace(
             np.empty(fine, np.int32), np.empty(fine, np.float32), texels,
             np.zeros(len(self.squares), bool), np.empty(len(self.faces), bool),
@@ -184,7 +194,8 @@ class Player:
         fine = cameras.crop(
             camera, 0, 0, camera.width * SAMPLES, camera.height * SAMPLES, float(SAMPLES)
         )
-        points = cameras.to_camera(self.vertices(expression, gaze), fine)
+        moved = np.concatenate([self.vertices(expression, gaze), self.hair.vertices])
+        points = cameras.to_camera(moved, fine)
         pixels = cameras.project_camera(points, fine)
         depth = -points[:, 2]
         depth[self.sheet] += BEHIND
@@ -193,7 +204,7 @@ class Player:
         kernels.needed_tiles(
             work.face, box, SAMPLES, self.tile_start, self.tile_list, work.seen, work.needed
         )
-        skin, mouth, *caps = np.split(work.texels, self.places[1:4, 0])
+        skin, mouth, *caps, _ = np.split(work.texels, self.places[[1, 2, 3, shading.CAP], 0])
         product = textures.key_weights * (expression if dynamic else 0 * expression)
         kernels.blend_tiles(
             work.needed, self.squares, self.unit, *self.felt, product.astype(np.float32),
@@ -202,7 +213,7 @@ class Player:
         nearest = nearest_gaze(textures.gaze_directions, gaze)
         for cap, eye in zip(caps, self.eyes[nearest]):
             cap[:] = eye.reshape(-1, 4)
-        slides = np.zeros((5, 2))
+        slides = np.zeros((len(self.places), 2))
         slide = gaze_slide(gaze - textures.gaze_directions[nearest])
         slides[2:4] = slide * self.places[2:4, 1:]
         kernels.texture_planes(
@@ -219,11 +230,18 @@ class Player:
             pixels[self.card_vertices], inverse[self.card_vertices], SAMPLES, camera.height,
             camera.width,
         )  # fmt: skip
-        lash_card_kernels.lay_cards(
-            pixels, inverse, self.card_faces, self.card_corners,
-            card_weights(camera, self.avatar.fit.camera, expression)[self.card_sides],
-            self.card_texture, work.best, SAMPLES, over, work.cards,
-        )  # fmt: skip
+        card_kernels.clear(work.cards, SAMPLES, over)
+        topmost = self.hair.order(camera)[::-1]
+        shown = card_weights(camera, self.avatar.fit.camera, expression)[self.card_sides]
+        for faces, corners, weights, texture in (  # hair hangs before lashes
+            (self.hair_faces[topmost], self.hair_corners[topmost],
+             np.ones(len(topmost), np.float32), self.hair_texture),
+            (self.card_faces[::-1], self.card_corners[::-1], shown[::-1], self.card_texture),
+        ):  # fmt: skip
+            card_kernels.lay_cards(
+                pixels, inverse, faces, corners, weights, texture, work.best, SAMPLES, over,
+                work.cards,
+            )  # fmt: skip
         shading.shade(
             work.face, box, SAMPLES, self.kind, work.planes, work.texels, self.places, known,
             work.cards, over, work.color, work.alpha,
@@ -285,6 +303,15 @@ def _shrunk(picture: np.ndarray, size: int) -> np.ndarray:
     if picture.shape[0] <= size:
         return picture
     return cv2.resize(picture, (size, size), interpolation=cv2.INTER_AREA)
+
+
+def _piece(texture: np.ndarray, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The part of a texture [T, T, 4] that faces lie on, and their corners [F, 3, 2] in its texels."""
+    corners = uv.reshape(-1, 3, 2).astype(np.float64) * len(texture)
+    low = np.maximum(np.floor(corners.min((0, 1), initial=len(texture))).astype(int) - 1, 0)
+    high = np.ceil(corners.max((0, 1), initial=0)).astype(int) + 1
+    piece = np.array(texture[low[1] : high[1], low[0] : high[0]], np.float32)
+    return piece, (corners - low).astype(np.float32)
 
 
 def _squares(textures: Textures, hair: bool, size: int) -> tuple[np.ndarray, np.float32]:

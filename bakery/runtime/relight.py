@@ -101,6 +101,23 @@ def relit(
     return out
 
 
+def hair_shine(avatar: Avatar, normals: np.ndarray, light: np.ndarray) -> np.ndarray:
+    """What the hair of the photo is multiplied by to stand in another light.
+
+    Args:
+        normals: [N, 3] unit, head space.
+        light: [9, 3] as for `relit`.
+
+    Returns:
+        [N, 3] float32.
+    """
+    bare = unlit(avatar)
+    turn = rotation.matrix(avatar.fit.camera.rotation)
+    was = shading(normals @ turn.T, avatar.fit.light)
+    factor: np.ndarray = bare.exposure * shine(normals, light) * bare.white / was
+    return factor.astype(np.float32)
+
+
 def posed(avatar: Avatar) -> np.ndarray:
     """The head [V, 3] mm as it stands in the photo."""
     fit = avatar.fit

@@ -13,9 +13,10 @@ from bakery.geometry.sample import bilinear, interpolate
 from bakery.heads.base import EYES, PARTS
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import face_texture, gaze_slide, lay_hair, nearest_gaze
+from bakery.runtime.hair_cards import hair_cards, lay_hair_cards, paint_cap
 from bakery.runtime.lash_cards import card_weights, lay_cards
 from bakery.runtime.mouth import mouth_picture
-from bakery.runtime.relight import relit, skin_without
+from bakery.runtime.relight import hair_shine, relit, skin_without
 from bakery.stages.texture.mouth import mouth_landmarks
 from bakery.types import Camera, Textures
 
@@ -55,7 +56,7 @@ def draw(
         expression: [E] weights for eq. 4.
         gaze: [2] degrees.
         dynamic: False shows T_0 alone.
-        hair: False leaves the hair layer out.
+        hair: False leaves the hair out, layer and mesh.
         light: [9, 3] as `formats.light.read_light` gives it; None is the photo's own.
 
     Returns:
@@ -72,20 +73,20 @@ def draw(
     fine = cameras.crop(
         camera, 0, 0, camera.width * SAMPLES, camera.height * SAMPLES, float(SAMPLES)
     )
-    points = cameras.to_camera(vertices, fine)
+    locks = hair_cards(textures.hair_mesh if hair else None)
+    drawn = np.concatenate([vertices, locks.vertices])
+    points = cameras.to_camera(drawn, fine)
     pixels, distance = cameras.project_camera(points, fine), -points[:, 2]
     distance[head.part_vertices("mouth_sheet")] += BEHIND
     faces = head.part_faces(*SHOWN)
-    found = rasterize(
-        pixels,
-        distance,
-        head.faces[faces],
-        (fine.height, fine.width),
-        cull=True,
-    )
+    count = len(faces)
+    corners = np.concatenate([head.faces[faces], len(vertices) + locks.cap])
+    places = np.concatenate([head.uv[head.uv_faces[faces]], locks.cap_uv])
+    found = rasterize(pixels, distance, corners, (fine.height, fine.width), cull=True)
     hit = found.face >= 0
-    part = np.where(hit, head.face_part[faces[found.face]], 255)
-    uv = interpolate(found, head.uv[head.uv_faces[faces]])
+    on_head = replace(found, face=np.where(found.face < count, found.face, -1))
+    part = np.where(on_head.face >= 0, head.face_part[faces[on_head.face]], 255)
+    uv = interpolate(found, places)
     color = bilinear(skin, uv * skin.shape[0]) * hit[..., None]
 
     proxies = {
@@ -105,8 +106,11 @@ def draw(
             if name != "mouth_sheet":
                 local = local - slide
             color[mine] = bilinear(picture, local * picture.shape[1::-1])
+    shine = np.ones_like(locks.vertices)
     if light is not None:
-        color = relit(avatar, color, found, faces, vertices, light)
+        color = relit(avatar, color, on_head, faces, vertices, light)
+        shine = hair_shine(avatar, locks.normals, light)
+    paint_cap(color, found, count, uv, locks, shine)
 
     known = bilinear(paintable(textures), uv * skin.shape[0]) * hit
     known = np.where(hit & (part != PARTS.index("skin")), 1, known).astype(np.float32)
@@ -114,6 +118,10 @@ def draw(
     layer = np.asarray(textures.hair, np.float32)
     shown = card_weights(camera, avatar.fit.camera, expression)
     lay_cards(color, hit, known, found.depth, head, pixels, distance, layer, shown)
+    lay_hair_cards(
+        color, hit, known, found.depth, camera, pixels[len(vertices) :], distance[len(vertices) :],
+        locks, shine,
+    )  # fmt: skip
     size = (camera.width, camera.height)
     color, alpha, face = (
         cv2.resize(layer.astype(np.float32), size, interpolation=cv2.INTER_AREA)

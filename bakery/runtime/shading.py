@@ -2,10 +2,13 @@
 
 import numpy as np
 
+from bakery.runtime.card_kernels import alone, under
+from bakery.runtime.hair_cards import FAINT
 from bakery.runtime.kernels import jit, place_on
-from bakery.runtime.lash_card_kernels import alone, under
 
 TONGUE = 4  # a kind of face: on the skin's texture, but no skin that a photo may not know
+CAP = 5  # another: opaque hair, on a texture that is multiplied by alpha
+LEAST_ALPHA = np.float32(FAINT)
 
 
 @jit
@@ -16,13 +19,13 @@ def shade(
 
     Args:
         face: [H n, W n] int32, n = samples; box: as from `rasterize`.
-        kind: [F] uint8: 0 skin, 1 mouth proxy, 2 left and 3 right eye proxy, 4 tongue.
+        kind: [F] uint8: 0 skin, 1 mouth proxy, 2 left and 3 right eye proxy, 4 tongue, 5 hair's cap.
         planes: [F, 9], as from `texture_planes`.
         texels: [..., 4] float32: all textures, one behind the other; a fourth channel makes a texel
             16 bytes, which are read at once.
         places: [kinds, 3] int64: where each texture begins, its width and height.
         whole: whether the fourth channel is wanted.
-        cards: [H n, W n, 4] float32, as from `lash_card_kernels.lay_cards`, inside the box `over`.
+        cards: [H n, W n, 4] float32, as from `card_kernels.lay_cards`, inside the box `over`.
         out: [H, W, 4] float32, written: linear, premultiplied by alpha.
         alpha: [H, W] float32, written.
     """
@@ -58,10 +61,19 @@ def shade(
                     r = p * texels[i, 0] + q * texels[j, 0] + n * texels[k, 0] + e * texels[m, 0]
                     g = p * texels[i, 1] + q * texels[j, 1] + n * texels[k, 1] + e * texels[m, 1]
                     b = p * texels[i, 2] + q * texels[j, 2] + n * texels[k, 2] + e * texels[m, 2]
+                    if which == CAP:
+                        a = (
+                            p * texels[i, 3]
+                            + q * texels[j, 3]
+                            + n * texels[k, 3]
+                            + e * texels[m, 3]
+                        )
+                        gain = 1 / max(a, LEAST_ALPHA)
+                        r, g, b = r * gain, g * gain, b * gain
                     if covered:
                         r, g, b = under(cards[here, there], r, g, b)
                     red, green, blue = red + r, green + g, blue + b
-                    if whole and which == TONGUE:
+                    if whole and which >= TONGUE:
                         known += np.float32(1)
                     elif whole:
                         known += (

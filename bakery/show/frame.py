@@ -51,7 +51,7 @@ class Scene:
     view: str | tuple[float, float]  # "photo", "front" or (yaw, pitch) degrees
     size: int | None  # pixels a side; None is the usual
     dynamic: bool  # whether expressions change the texture
-    hair: bool = True  # whether the hair layer is shown
+    hair: bool = True  # whether hair is shown, layer and mesh
     framing: str = "head"  # "head" or "face": what views other than the photo's own hold
     # "none", "gray", "photo" or [3] linear; None is the photo in its own view, else gray
     background: str | np.ndarray | None = None
@@ -235,28 +235,32 @@ def draw_scene(avatar: Avatar, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     gaze = scene.gaze if scene.gaze is not None else gaze_of(scene.expression).mean(0)
     neutral = neutral_for(avatar.head, avatar.neutral, avatar.fit, scene.fit, scene.expression)
     vertices = avatar.head.vertices(neutral, scene.expression, gaze)
-    frame = draw(
-        avatar, vertices, camera, scene.expression, gaze, scene.dynamic, scene.hair, scene.light
-    )
+    seen = (avatar, vertices, camera, scene.expression, gaze, scene.dynamic)
+    frame = draw(*seen, scene.hair, scene.light)
     face = np.minimum(frame.alpha, frame.face)
     if not isinstance(background, str):
-        clear = _clear(frame)
+        clear = _clear(frame, seen)
         return clear[..., :3] + (1 - clear[..., 3:]) * background, face
     if background == "photo":
         portrait, photo = portrait_at(avatar, camera)
         return over_photo(portrait, frame, vertices, photo), face
     if background == "none":
-        return _clear(frame), face
+        return _clear(frame, seen), face
     return over_gray(frame), face
 
 
-def _clear(frame):
+def _clear(frame, seen):
     """The frame [H, W, 4] premultiplied, without holes.
 
     Between an eye's cap and its lid one looks into the empty head; gray stands there, as in other
-    pictures, and nothing of what the head is laid over.
+    pictures, and nothing of what the head is laid over. What is seen between locks is no hole.
+
+    Args:
+        frame: of the arguments `seen` of `render.draw`, with hair or without.
     """
-    hole = enclosed(frame.alpha < 1)
+    volume = seen[0].textures.hair_mesh is not None
+    head = draw(*seen, hair=False) if volume else frame
+    hole = enclosed(head.alpha < 1) & (frame.alpha < 1)
     color = np.where(hole[..., None], over_gray(frame), frame.color)
     return np.dstack([color, np.where(hole, 1, frame.alpha)])
 
@@ -300,7 +304,9 @@ def _camera(avatar, scene):
     else:
         yaw, pitch = (0.0, 0.0) if scene.view == "front" else scene.view
         seen = (avatar.fit, avatar.head, avatar.neutral, yaw, pitch, scene.size or SIZE)
-        return head_camera(*seen) if scene.framing == "head" else face_camera(*seen, FACE_RATIO)
+        if scene.framing == "face":
+            return face_camera(*seen, FACE_RATIO)
+        return head_camera(*seen, hair=avatar.textures.hair_mesh if scene.hair else None)
     if scene.size is None:
         return camera
     scale = scene.size / max(camera.width, camera.height)

@@ -1,13 +1,20 @@
-"""Bundles as version 1.0 had them, made of new ones."""
+"""Bundles as version 1.0 had them, and with hair that has volume, made of new ones."""
 
 import json
 import shutil
 import struct
+from dataclasses import replace
 
 import numpy as np
 import OpenEXR
 import pytest
 
+from bakery.export.bundle import list_files, write_manifest
+from bakery.export.hair_mesh import table
+from bakery.export.open import open_avatar
+from bakery.exporters.exr import ExrExporter
+from bakery.exporters.glb import GlbExporter
+from bakery.exporters.web import WebExporter
 from bakery.formats.files import digest_file
 from bakery.types import EXPRESSIONS
 
@@ -128,3 +135,18 @@ def copy(bundle, tmp_path):
 def glb():
     """Functions (split, join) over the bytes of GLB files."""
     return split_glb, join_glb
+
+
+@pytest.fixture(scope="session")
+def hairy_bundle(bundle, hairdo, tmp_path_factory):
+    """The bundle of the painted portrait with a bob; tests must not change it."""
+    folder = shutil.copytree(bundle, tmp_path_factory.mktemp("hairy") / "hairy.avatar")
+    avatar = open_avatar(bundle)
+    mesh = hairdo(avatar.head, avatar.neutral)
+    avatar = replace(avatar, textures=replace(avatar.textures, hair_mesh=mesh))
+    said = {}
+    for exporter in (ExrExporter(), GlbExporter(), WebExporter()):
+        said |= exporter.export(avatar, folder / exporter.place, 512)
+    said |= {"hair_mesh": table(mesh), "files": list_files(folder)}
+    write_manifest(folder, json.loads((folder / "avatar.json").read_text()) | said)
+    return folder

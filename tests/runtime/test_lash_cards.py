@@ -8,7 +8,7 @@ import pytest
 from bakery.geometry.color import to_encoded, to_linear
 from bakery.heads.base import CARDS, weights
 from bakery.heads.lashes import card_texels
-from bakery.runtime import lash_cards
+from bakery.runtime import cards
 from bakery.runtime.lash_cards import AS_PHOTOGRAPHED, card_weights, lay_cards
 from bakery.runtime.player import Player
 from bakery.runtime.render import draw, over_gray
@@ -59,7 +59,7 @@ def test_cards_are_laid_in_their_order_however_many_at_once(noise_avatar, monkey
     camera, gaze = camera_of(noise_avatar, 20), np.zeros(2)
     vertices = noise_avatar.head.vertices(noise_avatar.neutral, SHUT, gaze)
     together = draw(noise_avatar, vertices, camera, SHUT, gaze)
-    monkeypatch.setattr(lash_cards, "AT_ONCE", at_once)
+    monkeypatch.setattr(cards, "AT_ONCE", at_once)
     apart = draw(noise_avatar, vertices, camera, SHUT, gaze)
     np.testing.assert_array_equal(together.color, apart.color)
     np.testing.assert_array_equal(together.alpha, apart.alpha)

@@ -145,14 +145,19 @@ class Site:
             corners = [divmod(k, columns) for k in range(len(atlases[name]["names"]))]
             return np.stack([grid[r * height :, c * width :][:height, :width] for r, c in corners])
 
-        hair = picture("hair").astype(np.float32) / 255
+        def layer(name):  # colour multiplied by alpha
+            found = picture(name).astype(np.float32) / 255
+            return np.dstack([to_linear(found[..., :3]) * found[..., 3:], found[..., 3:]])
+
+        mesh = avatar.textures.hair_mesh
         textures = replace(
             avatar.textures,
             neutral=to_linear(picture("neutral") / 255),
             keys=np.stack([to_linear(picture(key["name"]) / 255) for key in about["keys"]]),
             gaze=to_linear(cells("gaze") / 255),
             mouths=to_linear(cells("mouths") / 255),
-            hair=np.dstack([to_linear(hair[..., :3]) * hair[..., 3:], hair[..., 3:]]),
+            hair=layer("hair"),
+            hair_mesh=replace(mesh, texture=layer("hair_cards")) if mesh else None,
         )
         return replace(avatar, textures=textures, masks=cells("masks").astype(np.float32) / 255)
 

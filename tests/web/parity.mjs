@@ -20,7 +20,7 @@ try {
 }
 
 /** In the page: set the state, draw it, and return the bytes as base64. */
-function draw({ kind, weights, gaze, size, hair, dynamic }) {
+function draw({ kind, weights, gaze, size, hair, dynamic, camera }) {
   const { avatar } = window;
   // SwiftShader moves vertices to sixteenths of a pixel, other cards to 256ths: a picture seven times
   // as fine is drawn, and the samples at the middles of the wanted pixels are kept.
@@ -38,8 +38,10 @@ function draw({ kind, weights, gaze, size, hair, dynamic }) {
   Object.assign(avatar.options, { hair, dynamic });
   avatar.set(weights);
   avatar.direction = gaze;
-  const bytes = kind === 'mouth' ? avatar.mouthSheet().data
-    : centres(avatar.capture({ width: FINE * size, height: FINE * size, view: avatar.frontView(FINE * size) }));
+  const fine = FINE * size;
+  const view = camera ? { ...camera, focal: FINE * camera.focal, center: camera.center.map((x) => FINE * x), width: fine, height: fine }
+    : avatar.frontView(fine);
+  const bytes = kind === 'mouth' ? avatar.mouthSheet().data : centres(avatar.capture({ width: fine, height: fine, view }));
   let text = '';
   for (let at = 0; at < bytes.length; at += 32768) {
     text += String.fromCharCode(...bytes.subarray(at, at + 32768));

@@ -30,7 +30,10 @@ export interface Options {
   stage: 'studio' | 'photo';
   /** False shows the neutral texture alone. */
   dynamic: boolean;
+  /** The layer on the skin, and hair that has volume. */
   hair: boolean;
+  /** Level of detail of hair that has volume, 0 the finest; null: as the picture needs, coarser on phones. */
+  hairLevel: 0 | 1 | 2 | null;
   mouth: 'image' | 'geometry';
   /**
    * Another light than the portrait's: nine rows of RGB as `bakery/geometry/harmonics.py` has them, of mean 1

@@ -40,7 +40,7 @@ def web_files(avatar, options=WebOptions()):
     )
     maker = f"bakery {__version__}"
     pieces = surfaces(avatar.head, avatar.neutral, options.triangles)
-    files[web.HEAD] = web_glb(pieces, EXPRESSIONS, maker)
+    files[web.HEAD] = web_glb(pieces, EXPRESSIONS, maker, textures.hair_mesh)
     about = {
         "asset": {"version": VERSION, "generator": maker},
         **facts(avatar.head, avatar.neutral, avatar.fit),

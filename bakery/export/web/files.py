@@ -50,7 +50,10 @@ def web_pictures(textures, masks, paintable, photo, options):
     made.grid("masks", [_shrink(mask, MASK_SIDE) for mask in masks], EXPRESSIONS, ".png")
     made.add("coverage", _coverage(textures, paintable, min(resolution, DATA_SIDE)), ".png")
     if np.any(textures.hair):
-        made.add("hair", straight_alpha(_shrink(np.float32(textures.hair), resolution)), ".webp")
+        made.add("hair", straight_alpha(small_layer(textures.hair, resolution)), ".webp")
+    if textures.hair_mesh is not None:
+        layer = small_layer(textures.hair_mesh.texture, options.side)
+        made.add("hair_cards", straight_alpha(layer), ".webp")
     if photo is not None:
         made.add("photo", _within(photo, options.photo), ".webp")
     return made.files, made.table
@@ -90,6 +93,11 @@ def _numbered(word, pictures, digits):
 def small_picture(texture, resolution):
     """A linear texture [T, T, 3] as an sRGB-encoded picture of at most `resolution` texels a side."""
     return to_encoded(_shrink(np.asarray(texture, np.float32), resolution))
+
+
+def small_layer(layer, resolution):
+    """A linear layer [T, T, 4], colour multiplied by alpha, of at most `resolution` texels a side."""
+    return _shrink(np.asarray(layer, np.float32), resolution)
 
 
 def straight_alpha(layer):

@@ -9,19 +9,23 @@ import numpy as np
 
 from bakery.export.glb import CLEAR, METRES, STILL
 from bakery.formats import meshopt
+from bakery.runtime.hair_cards import CAP, soft_normals
+from bakery.types import HAIR_LEVELS
 
 BYTE, SHORT, UNSIGNED_SHORT, UNSIGNED_INT, FLOAT = 5120, 5122, 5123, 5125, 5126
 ARRAY, ELEMENTS = 34962, 34963
+HAIR = "hair"  # node and mesh
 STEPS = 32767  # of a shape, from rest to the farthest that anything moves
 
 
-def web_glb(surfaces, shape_names, generator):
+def web_glb(surfaces, shape_names, generator, hair=None):
     """The bytes of a GLB file.
 
     Args:
         surfaces: glb.Surface of each piece; the piece's name is its material's.
         shape_names: [E] names of the morph targets.
         generator: name and version of the program.
+        hair: HairMesh, or None: the mesh `hair`, of primitives that share their vertices.
 
     Returns:
         bytes; needs KHR_mesh_quantization and EXT_meshopt_compression.
@@ -29,6 +33,20 @@ def web_glb(surfaces, shape_names, generator):
     reach = max(float(np.abs(piece.shapes).max()) for piece in surfaces)  # mm, one unit of the node
     made = _Packer()
     primitives = [_primitive(made, piece, number, reach) for number, piece in enumerate(surfaces)]
+    materials = [_material(piece.name) for piece in surfaces]
+    nodes = [{"name": "head", "mesh": 0, "scale": [reach * METRES] * 3}]
+    meshes = [
+        {
+            "name": "head",
+            "primitives": primitives,
+            "weights": [0.0] * len(shape_names),
+            "extras": {"targetNames": list(shape_names)},
+        }
+    ]
+    if hair is not None:
+        nodes.append({"name": HAIR, "mesh": 1, "scale": [METRES] * 3})
+        meshes.append({"name": HAIR, "primitives": _hair_primitives(made, hair, len(materials))})
+        materials += [_material("hair_cap"), _material("hair_cards")]
     document = {
         "asset": {"version": "2.0", "generator": generator},
         "extensionsUsed": [
@@ -36,25 +54,10 @@ def web_glb(surfaces, shape_names, generator):
         ],
         "extensionsRequired": ["EXT_meshopt_compression", "KHR_mesh_quantization"],
         "scene": 0,
-        "scenes": [{"name": "head", "nodes": [0]}],
-        "nodes": [{"name": "head", "mesh": 0, "scale": [reach * METRES] * 3}],
-        "meshes": [
-            {
-                "name": "head",
-                "primitives": primitives,
-                "weights": [0.0] * len(shape_names),
-                "extras": {"targetNames": list(shape_names)},
-            }
-        ],
-        "materials": [
-            {
-                "name": piece.name,
-                "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.9},
-                "extensions": {"KHR_materials_unlit": {}},
-                **({"alphaMode": "BLEND", "doubleSided": True} if piece.name in CLEAR else {}),
-            }
-            for piece in surfaces
-        ],
+        "scenes": [{"name": "head", "nodes": list(range(len(nodes)))}],
+        "nodes": nodes,
+        "meshes": meshes,
+        "materials": materials,
         "accessors": made.accessors,
         "bufferViews": made.views,
         "buffers": [
@@ -102,6 +105,52 @@ def _primitive(made, piece, material, reach):
             }
             for shape in piece.shapes
         ],
+    }
+
+
+def _hair_primitives(made, mesh, material):
+    """Cap and cards of each level of detail; their materials begin at the number `material`.
+
+    `extras` say the level, and of how many triangles each card is made, in the order of the indices:
+    players sort cards by the view, fringe among them.
+    """
+    normals = _rounded(soft_normals(mesh).astype(np.float64), 127, np.int8)
+    attributes = {
+        "POSITION": made.vectors(np.float32(mesh.vertices), FLOAT, limits=True),
+        "NORMAL": made.vectors(normals, BYTE, normalized=True),
+        "TEXCOORD_0": made.vectors(np.float32(mesh.uv), FLOAT),
+    }
+    kind = UNSIGNED_SHORT if len(mesh.vertices) < 65536 else UNSIGNED_INT
+    primitives = []
+    for level in range(HAIR_LEVELS):
+        shown = (mesh.levels >> level & 1).astype(bool)
+        for number, mine in enumerate((mesh.kind == CAP, mesh.kind != CAP)):
+            found = np.flatnonzero(shown & mine)
+            if not len(found):
+                continue
+            ends = np.flatnonzero(np.diff(mesh.card[found], append=-2))
+            primitives.append(
+                {
+                    "attributes": attributes,
+                    "indices": made.indices(mesh.faces[found].ravel(), kind),
+                    "material": material + number,
+                    "extras": {
+                        "level": level,
+                        "cards": np.diff(ends, prepend=-1).tolist() if number else [],
+                    },
+                }
+            )
+    return primitives
+
+
+def _material(name):
+    clear = {"alphaMode": "BLEND"} if name in CLEAR or name == "hair_cards" else {}
+    return {
+        "name": name,
+        "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.9},
+        "extensions": {"KHR_materials_unlit": {}},
+        **clear,
+        **({"doubleSided": True} if clear or name.startswith("hair") else {}),
     }
 
 

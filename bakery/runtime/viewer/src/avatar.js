@@ -12,13 +12,13 @@ import { AvatarError, checkDescription, fromUrl, headFile } from './data.js';
 import { Target } from './gl.js';
 import { parseHead } from './glb.js';
 import { Mouths } from './mouth.js';
-import { Painter, makePrograms } from './painter.js';
+import { Painter, SKULL, makePrograms } from './painter.js';
 import { readPictures } from './textures.js';
 
 export { AvatarError, parseHead };
 export { decodeIndices, decodeVertices } from './meshopt.js';
 
-const SKULL = -40; // mm: how deep the axis of the view lies
+const ROOM = 0.48; // of the picture, from its middle, that hair with volume may take
 const NECK = [0, -75, -45]; // mm: where the head turns
 export const MOST_GAZE = [32, 24]; // degrees that are baked
 const LIMIT = [35, 30]; // degrees an eye can turn; beyond, nothing but white would be seen
@@ -64,9 +64,9 @@ export class Avatar {
     this.weights = new Float32Array(about.expressions.length);
     this.index = new Map(about.expressions.map((name, k) => [name, k]));
     this.hasPhoto = Boolean(about.atlases.photo);
-    this.hasHair = Boolean(about.atlases.hair);
+    this.hasHair = Boolean(about.atlases.hair || about.atlases.hair_cards);
     this.options = {
-      stage: 'studio', dynamic: true, hair: true, mouth: 'image', light: null,
+      stage: 'studio', dynamic: true, hair: true, hairLevel: null, mouth: 'image', light: null,
       layer: 'color', layerExpression: 'jawOpen', wall: [0.36, 0.37, 0.39], floor: [0.13, 0.135, 0.15],
     };
     this.orbit = { yaw: 0, pitch: 0, zoom: 1, shift: [0, 0] };
@@ -180,7 +180,9 @@ export class Avatar {
       return framed(viewOf(about.photo_camera), [wide / 2, high / 2], scale, width, height, shift);
     }
     const front = viewOf(about.front_camera);
-    const scale = (0.74 * Math.min(width * 1.12, height) * orbit.zoom) / front.width;
+    const usual = (0.74 * Math.min(width * 1.12, height)) / front.width;
+    const [up, aside] = this.options.hair ? this.#painter.reach : [0, 0];
+    const scale = Math.min(usual, (ROOM * height) / up, (ROOM * width) / aside) * orbit.zoom;
     const middle = [front.width / 2, front.height * 0.5];
     const view = turned(framed(front, middle, scale, width, height, shift), orbit.yaw, orbit.pitch, [0, about.pivot[1], SKULL]);
     return this.head.some(Boolean) ? withHead(view, turnMatrix(...this.head), NECK) : view;

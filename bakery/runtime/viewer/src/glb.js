@@ -18,6 +18,16 @@ const MOST_VERTICES = 65535;
  * @property {Int16Array} shapes [52 4 V] of 32767 times `reach`
  * @property {number} reach millimetres
  * @property {Record<string, [number, number]>} ranges first and count of each piece's indices
+ * @property {HairMesh | null} hair
+ */
+
+/**
+ * @typedef {object} HairMesh
+ * @property {Float32Array} positions [3 V] millimetres
+ * @property {Int8Array} normals [4 V] of 127
+ * @property {Float32Array} uv [2 V]
+ * @property {({cap: Uint32Array, cards: Uint32Array, starts: number[]} | undefined)[]} levels of detail: indices of
+ *   the cap, those of the cards, and where each card's begin
  */
 
 /**
@@ -48,6 +58,7 @@ export function parseHead(bytes) {
     shapes: new Int16Array(EXPRESSIONS * 4 * total),
     reach,
     ranges: {},
+    hair: parseHair(document, read),
   };
   let vertex = 0;
   let index = 0;
@@ -70,6 +81,34 @@ export function parseHead(bytes) {
     index += corners.length;
   });
   return head;
+}
+
+/** Hair with volume, or null: a mesh of primitives that share their vertices. */
+function parseHair(document, read) {
+  const number = document.meshes.findIndex((mesh) => mesh.name === 'hair');
+  if (number < 0 || !document.meshes[number].primitives?.length) return null;
+  const scale = document.nodes.find((node) => node.mesh === number)?.scale?.[0] * 1000;
+  const { primitives } = document.meshes[number];
+  const { POSITION, NORMAL, TEXCOORD_0 } = primitives[0].attributes;
+  const hair = { positions: read(POSITION).map((value) => value * scale), normals: read(NORMAL), uv: read(TEXCOORD_0), levels: [] };
+  const total = hair.positions.length / 3;
+  if (!(scale > 0) || hair.normals.length !== 4 * total || hair.uv.length !== 2 * total) fail('has damaged hair');
+  for (const { attributes, indices, extras } of primitives) {
+    const corners = Uint32Array.from(read(indices));
+    const { level, cards } = extras ?? {};
+    if (attributes.POSITION !== POSITION || !(level >= 0 && level < 3) || !Array.isArray(cards)) fail('has damaged hair');
+    if (corners.some((corner) => corner >= total)) fail('has a triangle without a corner');
+    const found = (hair.levels[level] ??= { cap: new Uint32Array(0), cards: new Uint32Array(0), starts: [] });
+    if (!cards.length) {
+      found.cap = corners;
+      continue;
+    }
+    let end = 0;
+    found.starts = cards.map((count) => (Number.isInteger(count) && count > 0 ? (end += 3 * count) - 3 * count : fail('has damaged hair')));
+    if (end !== corners.length) fail('has damaged hair');
+    found.cards = corners;
+  }
+  return hair;
 }
 
 function fail(what) {

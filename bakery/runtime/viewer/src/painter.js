@@ -1,15 +1,17 @@
 /** Draws frames of an avatar: the passes before the picture, and the picture. */
 
-import { projectionMatrix, rotationMatrix, viewMatrix } from './camera.js';
+import { project, projectionMatrix, rotationMatrix, viewMatrix, viewOf } from './camera.js';
 import { Flow } from './flow.js';
 import { AvatarError } from './data.js';
 import { Program, emptyTexture } from './gl.js';
 import { PIECES } from './glb.js';
 import { nearestGaze } from './mouth.js';
+import { Hair, hairProgram } from './hair.js';
 import { BACKDROP, COMPOSE, FULL, HEAD_FRAGMENT, HEAD_VERTEX, MEDIAN, WEIGHTS } from './shaders.js';
 import { Textures, makeTargets } from './textures.js';
 
 const LAYERS = ['color', 'mask', 'coverage', 'uv'];
+export const SKULL = -40; // mm: how deep the axis of the view lies
 const FADE = 74; // mm over which the bust ends
 // As in `bakery/runtime/lash_cards.py`: what shows of lashes where the photo's own do; degrees off its view,
 // and eyeBlink, between which the rest appears.
@@ -25,6 +27,7 @@ export function makePrograms(gl) {
     median: new Program(gl, FULL, MEDIAN),
     backdrop: new Program(gl, FULL, BACKDROP),
     head: new Program(gl, HEAD_VERTEX, HEAD_FRAGMENT),
+    hair: { plain: hairProgram(gl, 'plain') }, // the other kinds when they are wanted
   };
 }
 
@@ -34,6 +37,7 @@ export class Painter {
   #head;
   #programs;
   #textures;
+  #hair = null;
   #flow = null;
   #flowMap = null;
   #products = new Float32Array(4 * 104);
@@ -56,6 +60,12 @@ export class Painter {
     this.#head = head;
     this.#programs = programs;
     this.#textures = new Textures(gl, about, pictures, head);
+    /** Pixels of the front view that hair with volume takes above its middle and, from any side, aside of it. */
+    this.reach = [0, 0];
+    if (this.#textures.locks) {
+      this.#hair = new Hair(gl, head.hair);
+      this.reach = reachOf(head.hair, about);
+    }
     const cell = (name) => {
       const { columns, rows } = about.atlases[name];
       return [pictures[name].width / columns, pictures[name].height / rows];
@@ -216,6 +226,12 @@ export class Painter {
       gl.enable(gl.BLEND);
       gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     }
+    const hairy = this.#hair && options.hair && options.layer === 'color';
+    if (hairy) { // first, for the skin below it need not be coloured then
+      gl.disable(gl.CULL_FACE);
+      this.#locks('cap', view, options, inPhoto, exact);
+      gl.enable(gl.CULL_FACE);
+    }
     head.use();
     head.textures({
       face: [gl.TEXTURE_2D, this.targets.face.textures[0]],
@@ -249,18 +265,14 @@ export class Painter {
     gl.uniform2f(head.at('slide'), (gaze[0] - about.gaze[eye][0]) / cap, (about.gaze[eye][1] - gaze[1]) / cap);
     gl.uniform1i(head.at('layer'), LAYERS.indexOf(options.layer));
     gl.uniform1i(head.at('shown'), shown);
-    gl.uniform1i(head.at('lit'), Number(options.light && !inPhoto && !exact));
     gl.uniform1i(head.at('inPhoto'), Number(inPhoto));
     gl.uniform1i(head.at('soft'), Number(!exact));
     gl.uniform1f(head.at('scale'), -view.focal / view.translation[2]);
-    gl.uniform3fv(head.at('light'), about.light.flat());
-    gl.uniform3fv(head.at('fresh'), rowsOf(options.light ?? about.light));
-    gl.uniformMatrix3fv(head.at('photographed'), true, this.#toward);
-    gl.uniform1f(head.at('exposure'), this.#exposure);
+    this.#light(head, options, inPhoto || exact);
     gl.uniform2fv(head.at('cards'), this.#cards(view, weights));
     gl.uniform1f(head.at('lips'), this.lips);
     gl.uniform1i(head.at('geometry'), Number(options.mouth === 'geometry'));
-    gl.uniform2f(head.at('fade'), this.bottom + 2, this.bottom + FADE);
+    gl.uniform2fv(head.at('fade'), this.#fade);
     gl.uniform4fv(head.at('frame'), frame);
     gl.uniform1f(head.at('tall'), view.height);
     this.stats.uniformBytes += 128 + 8 * count + 48 + 24 + 24 + 256 + 8 + 28 + 8;
@@ -272,9 +284,43 @@ export class Painter {
       gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
       gl.depthMask(false); // what is seen through hides nothing
       this.#runs(textures.runs.cards);
+      if (hairy) this.#locks('cards', view, options, inPhoto, exact);
       gl.depthMask(true);
     }
     gl.bindVertexArray(null);
+  }
+
+  /** Cap or cards of hair with volume. */
+  #locks(part, view, options, inPhoto, exact) {
+    const gl = this.#gl;
+    const kind = exact ? 'exact' : options.light && !inPhoto ? 'lit' : 'plain';
+    const hair = (this.#programs.hair[kind] ??= hairProgram(gl, kind));
+    hair.use();
+    hair.textures({ atlas: [gl.TEXTURE_2D, this.#textures.locks] });
+    gl.uniformMatrix4fv(hair.at('view'), false, viewMatrix(view));
+    gl.uniformMatrix4fv(hair.at('projection'), false, projectionMatrix(view));
+    gl.uniform1f(hair.at('least'), Number(part === 'cap'));
+    gl.uniform1i(hair.at('whole'), Number(inPhoto || exact));
+    gl.uniform2fv(hair.at('fade'), this.#fade);
+    if (kind === 'lit') this.#light(hair, options, false);
+    const level = options.hairLevel ?? (exact ? 0 : this.#hair.levelFor(view));
+    this.stats.drawCalls += this.#hair.draw(part, level, view.rotation);
+    this.stats.uniformBytes += 128 + 16 + 8 + 256;
+  }
+
+  /** The uniforms of another light than the photo's, if one is chosen and may be shown. */
+  #light(program, { light }, photographed) {
+    const gl = this.#gl;
+    gl.uniform1i(program.at('lit'), Number(light && !photographed));
+    gl.uniform3fv(program.at('light'), this.#about.light.flat());
+    gl.uniform3fv(program.at('fresh'), rowsOf(light ?? this.#about.light));
+    gl.uniformMatrix3fv(program.at('photographed'), true, this.#toward);
+    gl.uniform1f(program.at('exposure'), this.#exposure);
+  }
+
+  /** Between which heights the bust appears, mm. */
+  get #fade() {
+    return [this.bottom + 2, this.bottom + FADE];
   }
 }
 
@@ -313,6 +359,19 @@ function meanShade(light, head, turn) {
     count++;
   }
   return count ? count / sum : 1;
+}
+
+/** How far hair reaches from the middle of the front view: up, and aside however the head is turned; pixels. */
+function reachOf({ positions }, about) {
+  const front = viewOf(about.front_camera);
+  let [up, aside] = [0, 0];
+  for (let k = 0; k < positions.length; k += 3) {
+    const [x, y, z] = positions.subarray(k, k + 3);
+    const [, row, distance] = project(front, [x, y, z]);
+    up = Math.max(up, front.height / 2 - row);
+    aside = Math.max(aside, (Math.hypot(x, z - SKULL) * front.focal) / distance);
+  }
+  return [up, aside];
 }
 
 /** How far forward a piece of the head is at rest, mm. */

@@ -1,12 +1,28 @@
 /** What runs on the graphics card. */
 
-const COLOR = `
+export const COLOR = `
 vec3 toLinear(vec3 c) {
   return mix(c / 12.92, pow((max(c, 0.04045) + 0.055) / 1.055, vec3(2.4)), step(0.04045, c));
 }
 vec3 toEncoded(vec3 c) {
   c = clamp(c, 0.0, 1.0);
   return mix(c * 12.92, 1.055 * pow(max(c, 0.0031308), vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
+}`;
+
+/** Another light than the photo's, at a normal. */
+export const SHINE = `
+uniform vec3 light[9], fresh[9]; // the photo's, relative to its camera; another, relative to the head
+uniform mat3 photographed; // head to the photo's camera
+uniform float exposure; // keeps the face as bright as it was, on average
+vec3 shine(vec3 rows[9], vec3 n) { // as bakery/geometry/harmonics.py
+  return 0.282095 * rows[0] + 0.488603 * (n.y * rows[1] + n.z * rows[2] + n.x * rows[3])
+    + 1.092548 * (n.x * n.y * rows[4] + n.y * n.z * rows[5] + n.x * n.z * rows[7])
+    + 0.315392 * (3.0 * n.z * n.z - 1.0) * rows[6] + 0.546274 * (n.x * n.x - n.y * n.y) * rows[8];
+}
+float luma(vec3 c) { return dot(c, vec3(0.2126, 0.7152, 0.0722)); }
+vec3 relit(vec3 n) { // what the photo's colours are multiplied by
+  float was = luma(shine(light, photographed * n)) / max(luma(shine(light, vec3(0.0, 0.0, 1.0))), 1e-4);
+  return exposure * max(shine(fresh, n), 0.02) / clamp(was, 0.45, 1.5);
 }`;
 
 /** A triangle that covers the target. */
@@ -159,9 +175,6 @@ uniform ivec2 eyeCell, eyeCorner;
 uniform vec2 slide; // of the eyes' picture, beyond its own direction
 uniform int layer, shown;
 uniform bool lit, inPhoto, soft, geometry;
-uniform vec3 light[9], fresh[9]; // the photo's, relative to its camera; another, relative to the head
-uniform mat3 photographed; // head to the photo's camera
-uniform float exposure; // keeps the face as bright as it was, on average
 uniform float lips; // mm: how far forward they are at rest
 uniform vec2 fade; // mm, where the bust ends and where it is whole
 uniform vec4 frame; // of the photo: left, top, width, height in pixels of the target
@@ -170,6 +183,7 @@ uniform float scale; // pixels a millimetre
 const float SHADE = 1.4; // mm
 out vec4 color;
 ${COLOR}
+${SHINE}
 vec3 four(sampler2D map, ivec2 corner, ivec2 size, vec2 local) {
   vec2 p = local * vec2(size) - 0.5;
   vec2 low = floor(p);
@@ -196,12 +210,6 @@ vec4 exactCard(vec2 uv) {
   }
   return vec4(sum.rgb / max(sum.a, 1e-6), sum.a);
 }
-vec3 shine(vec3 rows[9], vec3 n) { // as bakery/geometry/harmonics.py
-  return 0.282095 * rows[0] + 0.488603 * (n.y * rows[1] + n.z * rows[2] + n.x * rows[3])
-    + 1.092548 * (n.x * n.y * rows[4] + n.y * n.z * rows[5] + n.x * n.z * rows[7])
-    + 0.315392 * (3.0 * n.z * n.z - 1.0) * rows[6] + 0.546274 * (n.x * n.x - n.y * n.y) * rows[8];
-}
-float luma(vec3 c) { return dot(c, vec3(0.2126, 0.7152, 0.0722)); }
 float shade(float behind) { return 0.05 + 0.6 * exp(-max(behind, 0.0) / 13.0); }
 vec3 heat(float x) {
   return clamp(vec3(1.9 * x, 2.4 * x - 0.7, 0.25 + 1.6 * x - 2.6 * x * x + 1.2 * x * x * x), 0.0, 1.0);
@@ -246,9 +254,7 @@ void main() {
     float check = mod(floor(uv.x * 32.0) + floor(uv.y * 32.0), 2.0);
     c = mix(vec3(uv, 0.35) * (0.55 + 0.35 * check), vec3(0.9), grid * 0.6);
   } else if (lit) {
-    vec3 n = normalize(bent);
-    float was = luma(shine(light, photographed * n)) / max(luma(shine(light, vec3(0.0, 0.0, 1.0))), 1e-4);
-    c *= exposure * max(shine(fresh, n), 0.02) / clamp(was, 0.45, 1.5);
+    c *= relit(normalize(bent));
   }
   float alpha = 1.0;
   if (inPhoto) {

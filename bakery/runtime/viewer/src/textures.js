@@ -14,7 +14,7 @@ const SHAPE_COLUMNS = 256;
  */
 export async function readPictures(source) {
   const { atlases, keys } = source.description;
-  const wanted = ['neutral', ...keys.map((key) => key.name), 'gaze', 'mouths', 'masks', 'coverage', 'hair', 'photo'];
+  const wanted = ['neutral', ...keys.map((key) => key.name), 'gaze', 'mouths', 'masks', 'coverage', 'hair', 'hair_cards', 'photo'];
   const found = wanted.filter((name) => Object.hasOwn(atlases, name));
   const pictures = await Promise.all(found.map((name) => readPicture(source, atlases[name])));
   return Object.fromEntries(found.map((name, k) => [name, pictures[k]]));
@@ -46,6 +46,9 @@ export class Textures {
     this.coverage = this.#plain(pictures.coverage ?? blank(255), gl.RGBA8, true);
     this.hairy = Boolean(pictures.hair);
     this.hair = this.#plain(pictures.hair ?? blank(0), gl.SRGB8_ALPHA8, true, this.hairy);
+    this.locks = head.hair && pictures.hair_cards ? this.#plain(pictures.hair_cards, gl.RGBA8, true, true) : null;
+    // Many cards lie over each other: one level of the picture is read, not two.
+    if (this.locks) gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_NEAREST);
     this.photo = this.#plain(pictures.photo ?? blank(0), gl.SRGB8_ALPHA8, true, Boolean(pictures.photo));
     this.masks = this.#masks(pictures.masks, about.atlases.masks);
     this.#geometry(head);

@@ -1,0 +1,196 @@
+"""Hair with volume: known answers, and the fast player against the clear one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bakery.geometry.camera import to_camera
+from bakery.geometry.color import to_encoded, to_linear
+from bakery.geometry.harmonics import C0
+from bakery.runtime.hair_cards import NONE, hair_cards, soft_normals
+from bakery.runtime.player import Player
+from bakery.runtime.relight import unlit
+from bakery.runtime.render import draw, over_gray
+from bakery.stages.condition import face_camera
+from bakery.types import HairMesh
+
+STILL, AHEAD, SIZE = np.zeros(52, np.float32), np.zeros(2), 160
+
+
+def camera_of(avatar, yaw=0.0):
+    return face_camera(avatar.fit, avatar.head, avatar.neutral, yaw, 0.0, SIZE, 0.4)
+
+
+def drawn(avatar, yaw=0.0, **options):
+    """One frame by the reference."""
+    vertices = avatar.head.vertices(avatar.neutral, STILL, AHEAD)
+    return draw(avatar, vertices, camera_of(avatar, yaw), STILL, AHEAD, **options)
+
+
+def played(avatar, yaw=0.0, hair=True):
+    """The same by the fast player."""
+    player = Player(avatar, hair)
+    return player.frame(player.workspace(SIZE, SIZE), camera_of(avatar, yaw), STILL, AHEAD)
+
+
+def wearing(avatar, mesh):
+    return replace(avatar, textures=replace(avatar.textures, hair_mesh=mesh))
+
+
+def sheets(*wanted, levels=7):
+    """Squares of one colour each: (z, half its side, colour, alpha, kind) in the order of faces."""
+    texture = np.zeros((4 * len(wanted), 4 * len(wanted), 4), np.float16)
+    vertices, faces, uv = [], [], []
+    for number, (z, half, color, alpha, _) in enumerate(wanted):
+        texture[:, 4 * number : 4 * number + 4] = [*(alpha * np.array(color)), alpha]
+        corners = np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]]) * half
+        vertices += [[x, y, z] for x, y in corners]
+        faces += [[4 * number + k for k in face] for face in ((0, 1, 2), (2, 1, 3))]
+        uv += [[(number + 0.5) / len(wanted), 0.5]] * 4
+    kinds = np.repeat([one[4] for one in wanted], 2).astype(np.uint8)
+    side = len(texture)
+    return HairMesh(
+        np.array(vertices, np.float32), np.array(faces, np.int32), np.array(uv, np.float32), kinds,
+        np.where(kinds == 0, -1, np.repeat(np.arange(len(wanted)), 2)).astype(np.int32),
+        np.full(len(faces), levels, np.uint8), np.zeros(len(vertices), np.float32), texture,
+        np.zeros((side, side, 2), np.float16), np.zeros((side, side), np.float16),
+        np.zeros((side, side), np.uint8),
+    )  # fmt: skip
+
+
+RED, GREEN = (0.5, 0.0, 0.0), (0.0, 0.5, 0.0)
+
+
+@pytest.mark.parametrize("picture", [drawn, played])
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_nearer_card_lies_on_top_from_either_side(noise_avatar, picture, turned):
+    """Of two half clear sheets before the face, or behind the head and seen from there."""
+    near, far = (-260.0, -240.0) if turned else (150.0, 130.0)
+    mesh = sheets((near, 60, RED, 0.5, 1), (far, 60, GREEN, 0.5, 2))
+    skin = picture(noise_avatar, 180.0 * turned)
+    found = picture(wearing(noise_avatar, mesh), 180.0 * turned)
+    solid = skin.alpha > 0.999
+    changed = (np.abs(found.color - skin.color).max(-1) > 0.01) & solid
+    below = to_encoded(skin.color) * 0.5 + to_encoded(np.float32(GREEN)) * 0.5
+    expected = to_linear(below * 0.5 + to_encoded(np.float32(RED)) * 0.5)
+    assert changed.sum() > 500
+    inner = np.abs(found.color - expected).max(-1)[changed]
+    assert np.median(inner) < 0.003  # a pixel's mean of skin is mixed, not the mean of mixtures
+
+
+@pytest.mark.parametrize("picture", [drawn, played])
+def test_a_card_behind_the_head_is_hidden_and_one_beside_it_covers(noise_avatar, picture):
+    mesh = sheets((-400.0, 300, RED, 0.5, 1))
+    bare, found = picture(noise_avatar), picture(wearing(noise_avatar, mesh))
+    solid, empty = bare.alpha > 0.999, (bare.alpha == 0) & (found.alpha > 0)
+    np.testing.assert_array_equal(found.color[solid], bare.color[solid])
+    inside = np.zeros_like(solid)
+    inside[40:120, 2:20] = True  # of the sheet, where nothing is before it
+    assert (empty & inside).sum() > 500
+    np.testing.assert_allclose(found.alpha[empty & inside], 0.5, atol=1e-3)
+    np.testing.assert_allclose(found.face[empty & inside], 0.5, atol=1e-3)
+    own = found.color[empty & inside]
+    np.testing.assert_allclose(own, np.broadcast_to([0.25, 0, 0], own.shape), atol=1e-3)
+
+
+@pytest.mark.parametrize("picture", [drawn, played])
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_cap_is_opaque_from_both_sides_and_hides_cards(noise_avatar, picture, turned):
+    """Whatever alpha its texels have: the head behind it and the card behind it are gone."""
+    z = (-260.0, -240.0) if turned else (150.0, 130.0)
+    mesh = sheets((z[0], 60, RED, 0.75, 0), (z[1], 60, GREEN, 0.9, 1))
+    found = picture(wearing(noise_avatar, mesh), 180.0 * turned)
+    middle = found.color[70:90, 70:90]
+    np.testing.assert_allclose(middle, np.broadcast_to(RED, middle.shape), atol=2e-3)
+    assert (found.alpha[70:90, 70:90] > 0.999).all() and (found.face[70:90, 70:90] > 0.999).all()
+
+
+@pytest.mark.parametrize("picture", [drawn, played])
+def test_without_hair_nothing_of_it_is_drawn(noise_avatar, hairdo, picture):
+    head, neutral = noise_avatar.head, noise_avatar.neutral
+    dressed = wearing(noise_avatar, hairdo(head, neutral))
+    for one, other in zip(
+        vars(picture(dressed, hair=False)).values(),
+        vars(picture(noise_avatar, hair=False)).values(),
+    ):
+        np.testing.assert_array_equal(one, other)
+    assert np.abs(picture(dressed).color - picture(noise_avatar).color).max() > 0.2
+
+
+@pytest.mark.parametrize("style", ["bob", "crop"])
+@pytest.mark.parametrize("yaw", [0, 35, -75, 180])
+def test_fast_player_draws_the_hair_of_the_reference(noise_avatar, hairdo, style, yaw):
+    dressed = wearing(noise_avatar, hairdo(noise_avatar.head, noise_avatar.neutral, style))
+    frames = drawn(dressed, yaw), played(dressed, yaw)
+    apart = np.abs(np.subtract(*[to_encoded(over_gray(frame)) for frame in frames])).max(-1)
+    # What comes through less than CLEAR is not drawn: a quarter of a byte.
+    assert (apart > 0.5 / 255).mean() < 5e-4 and np.quantile(apart, 0.999) < 0.3 / 255
+    assert (np.abs(frames[0].alpha - frames[1].alpha) > 2e-3).mean() < 5e-4
+    assert (np.abs(frames[0].face - frames[1].face) > 3e-3).mean() < 5e-4
+    assert np.abs(drawn(noise_avatar, yaw).alpha - frames[0].alpha).sum() > 50  # hair stands out
+
+
+def test_cards_are_sorted_by_the_view(noise_avatar, hairdo):
+    """From every side each card's middle is no farther than that of the card before it."""
+    hair = hair_cards(hairdo(noise_avatar.head, noise_avatar.neutral))
+    orders = []
+    for yaw in (0, 50, 180):
+        camera = camera_of(noise_avatar, yaw)
+        order = hair.order(camera)
+        orders.append(order)
+        assert sorted(order) == list(range(len(hair.cards)))
+        away = -to_camera(hair.middles, camera)[hair.number[order], 2]
+        assert (np.diff(away) <= 1e-6).all()
+        assert (np.diff(hair.number[order]) != 0).sum() == len(
+            hair.middles
+        ) - 1  # cards in one piece
+    assert not np.array_equal(orders[0], orders[2])
+
+
+def test_levels_show_their_own_faces(noise_avatar, hairdo):
+    mesh = hairdo(noise_avatar.head, noise_avatar.neutral)
+    for level in range(3):
+        hair = hair_cards(mesh, level)
+        shown = (mesh.levels >> level & 1).astype(bool)
+        assert len(hair.cap) == 2 * (shown & (mesh.kind == 0)).sum()
+        np.testing.assert_array_equal(hair.cards, mesh.faces[shown & (mesh.kind > 0)])
+    assert hair_cards(mesh, 1) is hair_cards(mesh, 1) and hair_cards(None) is NONE
+
+
+def test_soft_normals_point_out_of_the_hair(noise_avatar, hairdo):
+    mesh = hairdo(noise_avatar.head, noise_avatar.neutral)
+    normals = soft_normals(mesh)
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-5)
+    left = mesh.vertices[:, 0] > 60
+    assert (normals[left, 0] > 0.3).all()
+    low = mesh.vertices[:, 1] < -60
+    assert np.abs(normals[low, 1]).max() < 1e-6  # long hair looks aside, not down
+
+
+def test_hair_is_relit_with_the_head(noise_avatar):
+    """A light of half the strength halves cap and card; one from the left leaves the right dark."""
+    even = np.zeros((9, 3))
+    even[0] = 1 / C0
+    fit = replace(noise_avatar.fit, light=even)
+    mesh = sheets((150.0, 60, RED, 1, 0), (160.0, 60, RED, 1, 1))
+    avatar = wearing(replace(noise_avatar, fit=fit), mesh)
+    for kinds in ((0, 1), (0,)):
+        kept = np.isin(mesh.kind, kinds)
+        names = ("faces", "kind", "card", "levels")
+        avatar = wearing(
+            avatar, replace(mesh, **{name: getattr(mesh, name)[kept] for name in names})
+        )
+        whole, half = (drawn(avatar, light=light) for light in (even, 0.5 * even))
+        inner = np.s_[70:90, 70:90]
+        np.testing.assert_allclose(
+            half.color[inner], 0.5 * whole.color[inner], rtol=0.01, atol=1e-4
+        )
+        bare = unlit(avatar)
+        assert whole.color[inner][..., 0].mean() == pytest.approx(
+            0.5 * bare.exposure * bare.white[0], rel=0.01
+        )
+        left = even.copy()
+        left[3] = 0.9 / 0.488603
+        bright = drawn(avatar, light=left).color[80]
+        assert bright[95:105, 0].mean() > 1.3 * bright[55:65, 0].mean()
