@@ -153,6 +153,7 @@ class Generated:
 
 
 HAIR_KINDS = ("cap", "card", "fringe")  # opaque; cut out by alpha; blended before the face
+HAIR_TRIANGLES = (8000, 4000, 1500)  # at most, in each level of detail
 
 
 @dataclass(frozen=True, eq=False)
