@@ -14,7 +14,7 @@ The portrait that the checks look at is painted, so that they need no file.
 import json
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
@@ -28,7 +28,17 @@ from bakery.generators.base import Generator, Subject
 from bakery.hair.base import Hair
 from bakery.heads.base import FOLLOW, PARTS, HeadModel, weights
 from bakery.runtime.avatar import Avatar
-from bakery.types import EXPRESSIONS, LANDMARKS, Conditions, Fit, Landmarks, Photo
+from bakery.types import (
+    EXPRESSIONS,
+    HAIR_KINDS,
+    HAIR_TRIANGLES,
+    LANDMARKS,
+    Conditions,
+    Fit,
+    HairMesh,
+    Landmarks,
+    Photo,
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +195,7 @@ def check_head(head: HeadModel) -> None:
 
 
 def check_hair(hair: Hair) -> None:
-    """Hair is a premultiplied layer on the atlas, the same each time."""
+    """Hair is a premultiplied layer on the atlas, and a mesh or none, the same each time."""
     from bakery.bake.fitting import segment_portrait
     from bakery.bake.options import BuildOptions
     from bakery.geometry.color import to_linear
@@ -209,6 +219,30 @@ def check_hair(hair: Hair) -> None:
     assert layer[..., 3].max() <= 1 + 1e-5, "layer: alpha above 1"
     assert not layer[layer[..., 3] == 0].any(), "layer: colour where alpha is 0; multiply it"
     _same(layer, layers[1], "layer")
+    meshes = [hair.mesh(seen.photo, segmentation, seen.fit, head, neutral) for _ in range(2)]
+    one, other = meshes
+    assert (one is None) == (other is None), "mesh: differs from call to call"
+    if one is not None and other is not None:
+        _hair_mesh(one)
+        for entry in fields(HairMesh):
+            _same(getattr(one, entry.name), getattr(other, entry.name), f"mesh, {entry.name}")
+
+
+def _hair_mesh(mesh: HairMesh) -> None:
+    """Hair with volume that players can draw."""
+    side = len(mesh.texture)
+    assert side and not side & (side - 1), f"mesh: texture of {side} texels; needs a power of two"
+    clear = mesh.texture[..., 3] == 0
+    assert not mesh.texture[..., :3][clear].any(), "mesh: colour where alpha is 0; multiply it"
+    assert np.isfinite(mesh.texture).all() and mesh.texture.min() >= 0, "mesh: texture not finite"
+    assert mesh.texture[..., 3].max() <= 1, "mesh: alpha above 1"
+    cap = mesh.kind == HAIR_KINDS.index("cap")
+    assert (cap == (mesh.card < 0)).all(), "mesh: faces of the cap have card -1, others 0 or more"
+    starts = np.flatnonzero(np.diff(mesh.card[~cap], prepend=-2))
+    assert len(np.unique(mesh.card[~cap][starts])) == len(starts), "mesh: a card's faces lie apart"
+    for level, most in enumerate(HAIR_TRIANGLES):
+        count = int((mesh.levels >> level & 1).sum())
+        assert count <= most, f"mesh: level {level} has {count} triangles, {most} at most"
 
 
 def check_exporter(exporter: Exporter, avatar: Avatar) -> None:

@@ -153,7 +153,7 @@ class Generated:
 
 
 HAIR_KINDS = ("cap", "card", "fringe")  # opaque; cut out by alpha; blended before the face
-HAIR_LEVELS = 3  # of detail, 0 the finest
+HAIR_TRIANGLES = (8000, 4000, 1500)  # at most, in each level of detail, 0 the finest
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ def test_the_head(head):
     testing.check_head(head)
 
 
-@pytest.mark.parametrize("name", ["layer", "none"])
+@pytest.mark.parametrize("name", ["cards", "layer", "none"])
 def test_the_hair(name):
     testing.check_hair(plug_in("hair", name))
 

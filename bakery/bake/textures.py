@@ -30,7 +30,7 @@ from bakery.stages.texture.neutral import Prepared, prepare
 from bakery.stages.texture.proxies import eye_proxies, make_proxy
 from bakery.stages.texture.rest import rest_of
 from bakery.stages.texture.tongue import keep_in, tongue_light
-from bakery.types import Camera, Conditions, Fit, Landmarks, Photo, Textures
+from bakery.types import Camera, Conditions, Fit, HairMesh, Landmarks, Photo, Textures
 
 AHEAD = (0.0, 0.0)  # degrees of gaze
 STEPS = ("neutral", "key", "gaze", "mouth")  # what `paint` tells of its progress
@@ -152,6 +152,12 @@ def paint(
 
     arrays = kept.one("neutral", whole)
     prepared = _from_arrays(arrays, head, neutral, fit)
+
+    def volume() -> Arrays:
+        made = hair.mesh(photo, segmentation, fit, head, neutral)
+        return {} if made is None else {f.name: getattr(made, f.name) for f in fields(HairMesh)}
+
+    of_hair = kept.one("hair", volume)
     painter = Painter(prepared.subject, generator, fit, options.texture)
     of_keys = list(painted("key", painter.key, wanted.key_weights, 1))
     of_gaze = list(painted("gaze", painter.gaze, directions, GAZES))
@@ -172,6 +178,7 @@ def paint(
         maker=maker_of("generators", generator),
         made_from=origin,
         albedo=albedo_of(prepared.subject, fit).astype(np.float16),
+        hair_mesh=HairMesh(**of_hair) if of_hair else None,
     )
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from bakery.formats import exr, npz
-from bakery.types import HAIR_KINDS, HAIR_LEVELS, HairMesh
+from bakery.types import HAIR_KINDS, HAIR_TRIANGLES, HairMesh
 
 MESH, ATLAS = "hair_mesh.npz", "hair_cards.exr"  # files
 # Arrays of MESH, each a number of this kind; parts of ATLAS, each with its colorInteropID.
@@ -32,7 +32,9 @@ def table(mesh: HairMesh) -> dict:
         "atlas": ATLAS,
         "parts": list(PARTS),
         "kinds": list(HAIR_KINDS),
-        "triangles": [int((mesh.levels >> level & 1).sum()) for level in range(HAIR_LEVELS)],
+        "triangles": [
+            int((mesh.levels >> level & 1).sum()) for level in range(len(HAIR_TRIANGLES))
+        ],
         "cards": len(np.unique(mesh.card[mesh.card >= 0])),
         "layout": LAYOUT,
     }

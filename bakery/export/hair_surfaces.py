@@ -6,7 +6,7 @@ import numpy as np
 
 from bakery.export.glb import Surface
 from bakery.runtime.hair_cards import soft_normals
-from bakery.types import HAIR_KINDS, HAIR_LEVELS, HairMesh
+from bakery.types import HAIR_KINDS, HAIR_TRIANGLES, HairMesh
 
 MATERIALS = ("hair_cap", "hair_cards", "hair_fringe")  # by kind
 
@@ -21,7 +21,7 @@ class Hair:
 
 def hair_levels(mesh: HairMesh, count: int) -> list[list[Surface]]:
     """The hair of each of `count` levels of detail of the head; behind its own levels the cap alone."""
-    last = HAIR_LEVELS - 1
+    last = len(HAIR_TRIANGLES) - 1
     return [
         surfaces(mesh, min(level, last), HAIR_KINDS if level <= last else HAIR_KINDS[:1])
         for level in range(count)

@@ -6,7 +6,9 @@ import numpy as np
 
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import Atlas, Visibility
+from bakery.stages.segment import Segmentation
 from bakery.stages.texture.hair import Mattes
+from bakery.types import Fit, HairMesh, Photo
 
 
 class Hair(Protocol):
@@ -31,4 +33,22 @@ class Hair(Protocol):
             head: the head of the person.
             atlas: Atlas of the head's skin; T is its size.
             visibility: where the photo's camera sees the texels of that atlas.
+        """
+
+    def mesh(
+        self,
+        photo: Photo,
+        segmentation: Segmentation,
+        fit: Fit,
+        head: HeadModel,
+        neutral: np.ndarray,
+    ) -> HairMesh | None:
+        """The hair that stands off the head; None: the layer is all there is.
+
+        Args:
+            photo: the whole photo.
+            segmentation: of the photo.
+            fit: of the photo.
+            head: the head of the person.
+            neutral: [V, 3] mm, the person's neutral shape.
         """

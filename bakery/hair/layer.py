@@ -4,7 +4,9 @@ import numpy as np
 
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import Atlas, Visibility
+from bakery.stages.segment import Segmentation
 from bakery.stages.texture.hair import Mattes, hair_layer
+from bakery.types import Fit, HairMesh, Photo
 
 
 class HairLayer:
@@ -24,6 +26,17 @@ class HairLayer:
         """See bakery.hair.base.Hair."""
         return hair_layer(linear, mattes, head, atlas, visibility)
 
+    def mesh(
+        self,
+        photo: Photo,
+        segmentation: Segmentation,
+        fit: Fit,
+        head: HeadModel,
+        neutral: np.ndarray,
+    ) -> HairMesh | None:
+        """None: all hair is on the skin."""
+        return None
+
 
 class NoHair:
     """A bald head, for hair that is made elsewhere. See bakery.hair.base.Hair."""
@@ -41,3 +54,14 @@ class NoHair:
     ) -> np.ndarray:
         """See bakery.hair.base.Hair."""
         return np.zeros((atlas.size, atlas.size, 4), np.float32)
+
+    def mesh(
+        self,
+        photo: Photo,
+        segmentation: Segmentation,
+        fit: Fit,
+        head: HeadModel,
+        neutral: np.ndarray,
+    ) -> HairMesh | None:
+        """None: there is no hair."""
+        return None

@@ -14,7 +14,7 @@ from bakery.geometry import rotation
 from bakery.geometry.sample import bilinear
 from bakery.memo import once_per_object
 from bakery.runtime.cards import lay_faces
-from bakery.types import HAIR_KINDS, HAIR_LEVELS, Camera, Fragments, HairMesh
+from bakery.types import HAIR_KINDS, HAIR_TRIANGLES, Camera, Fragments, HairMesh
 
 CAP = HAIR_KINDS.index("cap")
 FAINT = 1e-3  # alpha of a cap's texel below which it has no colour of its own
@@ -73,7 +73,7 @@ def _make(level: int, mesh: HairMesh) -> HairCards:
     )
 
 
-_MADE = tuple(once_per_object(partial(_make, level)) for level in range(HAIR_LEVELS))
+_MADE = tuple(once_per_object(partial(_make, level)) for level in range(len(HAIR_TRIANGLES)))
 
 
 def soft_normals(mesh: HairMesh) -> np.ndarray:

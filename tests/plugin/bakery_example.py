@@ -16,8 +16,9 @@ from bakery.heads.base import HeadModel
 from bakery.heads.file import load_head
 from bakery.runtime.avatar import Avatar
 from bakery.stages.atlas import Atlas, Visibility
+from bakery.stages.segment import Segmentation
 from bakery.stages.texture.hair import Mattes
-from bakery.types import Conditions, Generated, Landmarks
+from bakery.types import Conditions, Fit, Generated, HairMesh, Landmarks, Photo
 
 
 class MirrorDetector:
@@ -86,6 +87,17 @@ class RedHair:
 
         alpha = 0.5 * atlas.paint(bilinear(mattes.hair, visibility.pixels))[..., None]
         return (np.concatenate([alpha, 0 * alpha, 0 * alpha, alpha], -1)).astype(np.float32)
+
+    def mesh(
+        self,
+        photo: Photo,
+        segmentation: Segmentation,
+        fit: Fit,
+        head: HeadModel,
+        neutral: np.ndarray,
+    ) -> HairMesh | None:
+        """See bakery.hair.base.Hair; this hair has no volume."""
+        return None
 
 
 class PointsExporter:

@@ -10,7 +10,7 @@ import numpy as np
 from bakery.export.glb import CLEAR, METRES, STILL
 from bakery.formats import meshopt
 from bakery.runtime.hair_cards import CAP, soft_normals
-from bakery.types import HAIR_LEVELS
+from bakery.types import HAIR_TRIANGLES
 
 BYTE, SHORT, UNSIGNED_SHORT, UNSIGNED_INT, FLOAT = 5120, 5122, 5123, 5125, 5126
 ARRAY, ELEMENTS = 34962, 34963
@@ -122,7 +122,7 @@ def _hair_primitives(made, mesh, material):
     }
     kind = UNSIGNED_SHORT if len(mesh.vertices) < 65536 else UNSIGNED_INT
     primitives = []
-    for level in range(HAIR_LEVELS):
+    for level in range(len(HAIR_TRIANGLES)):
         shown = (mesh.levels >> level & 1).astype(bool)
         for number, mine in enumerate((mesh.kind == CAP, mesh.kind != CAP)):
             found = np.flatnonzero(shown & mine)

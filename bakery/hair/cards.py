@@ -1,0 +1,48 @@
+"""Hair with volume: cards over a cap, and the colour of the scalp below them on the skin."""
+
+import cv2
+import numpy as np
+
+from bakery.geometry.fill import smoothstep
+from bakery.hair.layer import HairLayer
+from bakery.heads.base import HeadModel
+from bakery.heads.scalp import scalp
+from bakery.stages.atlas import Atlas, Visibility
+from bakery.stages.hair import make_hair
+from bakery.stages.segment import Segmentation
+from bakery.stages.texture.hair import Mattes
+from bakery.types import Fit, HairMesh, Photo
+
+BESIDE = 80  # share of the atlas over which the layer fades out beside the scalp
+
+
+class CardHair(HairLayer):
+    """See bakery.hair.base.Hair."""
+
+    name = "cards"
+
+    def layer(
+        self,
+        linear: np.ndarray,
+        mattes: Mattes,
+        head: HeadModel,
+        atlas: Atlas,
+        visibility: Visibility,
+    ) -> np.ndarray:
+        """See bakery.hair.base.Hair; what hangs before cheeks, ears and neck is left to the cards."""
+        growth = atlas.paint(atlas.at(scalp(head)[:, None])[:, 0])
+        near = cv2.GaussianBlur(growth, (0, 0), atlas.size / BESIDE)
+        kept = np.maximum(growth, smoothstep(0.02, 0.35, near)).astype(np.float32)
+        layer: np.ndarray = super().layer(linear, mattes, head, atlas, visibility)
+        return layer * kept[..., None]
+
+    def mesh(
+        self,
+        photo: Photo,
+        segmentation: Segmentation,
+        fit: Fit,
+        head: HeadModel,
+        neutral: np.ndarray,
+    ) -> HairMesh | None:
+        """See bakery.hair.base.Hair."""
+        return make_hair(photo.encoded, segmentation, fit, head, neutral)

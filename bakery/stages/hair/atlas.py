@@ -1,0 +1,288 @@
+"""The pictures on hair: the photo's where it shows hair, and what continues them."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from bakery.geometry.color import LUMA
+from bakery.geometry.fill import diffuse, smoothstep
+from bakery.geometry.raster import rasterize
+from bakery.geometry.sample import bilinear
+from bakery.stages.hair import chart as charts
+from bakery.stages.hair.chart import COLUMNS, ROWS
+from bakery.stages.hair.mesh import CAP, body_depth
+from bakery.stages.hair.portrait import NOTHING, Portrait, at
+from bakery.stages.hair.shell import Shell
+from bakery.stages.hair.strands import KNOTS
+
+CAP_PART = 0.3  # of the atlas's height
+GUTTER = 2  # texels around each card
+STRAND = 0.9  # mm, width of the strands that are made up
+SHADE = 0.8  # of what unseen hair is as bright as the hair around it
+OBSERVED, INFERRED = 1, 3
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Where each card lies in the atlas: texels [n] each."""
+
+    left: np.ndarray
+    top: np.ndarray
+    width: np.ndarray
+    height: np.ndarray
+
+
+def pack(width: np.ndarray, length: np.ndarray, size: int) -> Layout:
+    """Cards of so many mm in the atlas below the cap, standing up, as large as fits."""
+    top = int(CAP_PART * size)
+    low, high = 0.05, 4.0
+    best = None
+    for _ in range(12):
+        scale = (low + high) / 2
+        found = _shelves(width * scale, length * scale, size, size - top)
+        if found is None:
+            high = scale
+        else:
+            low, best = scale, found
+    if best is None:
+        best = _shelves(width * 0.01, length * 0.01, size, size - top)
+    left, above, wide, tall = best
+    return Layout(left, above + top, wide, tall)
+
+
+def _shelves(width, length, side, height):
+    wide = np.maximum(np.ceil(width), 4).astype(int)
+    tall = np.maximum(np.ceil(length), 8).astype(int)
+    left, top = np.zeros(len(wide), int), np.zeros(len(wide), int)
+    x = y = shelf = 0
+    for n in np.argsort(-tall, kind="stable"):
+        w, h = wide[n] + 2 * GUTTER, tall[n] + 2 * GUTTER
+        if x + w > side:
+            x, y, shelf = 0, y + shelf, 0
+        if y + h > height or w > side:
+            return None
+        left[n], top[n] = x + GUTTER, y + GUTTER
+        x, shelf = x + w, max(shelf, h)
+    return left, top, wide, tall
+
+
+class Painter:
+    """Colours of places on the hair of one portrait."""
+
+    def __init__(self, portrait: Portrait, shell: Shell, flow: np.ndarray) -> None:
+        self.portrait, self.shell, self.flow = portrait, shell, flow
+        self.nearest = self._nearest()
+        self.tone = self._tone()
+        self.energy = self._energy()
+
+    def _nearest(self):
+        """Depth [H, W] of the first surface: head or shell."""
+        portrait, shell = self.portrait, self.shell
+        column, row = np.meshgrid(np.arange(COLUMNS + 1), np.arange(ROWS + 1))
+        cells = np.stack([column, row], -1).astype(float)
+        points = shell.surface(cells, 1.0)
+        pixels, depth = portrait.pixels(points)
+        there = shell.chart.take(shell.there, cells) > 0.5
+        index = np.arange(there.size).reshape(there.shape)
+        a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
+        faces = np.stack([np.stack([a, d, c], -1), np.stack([a, c, b], -1)], -2).reshape(-1, 3)
+        faces = faces[there.ravel()[faces].all(1)]
+        found = rasterize(pixels.reshape(-1, 2), depth.ravel(), faces, portrait.depth.shape)
+        return np.minimum(np.where(np.isfinite(found.depth), found.depth, NOTHING), portrait.depth)
+
+    def _tone(self):
+        """Log colour [ROWS, COLUMNS, 3] of the hair in each cell, continued to what is unseen."""
+        portrait, shell = self.portrait, self.shell
+        dark = np.log(np.maximum(portrait.color, 2e-3))
+        dark = cv2.GaussianBlur(dark, (0, 0), 4 * portrait.scale)
+        pixels, _ = portrait.pixels(shell.surface(charts.grid(), 1.0))
+        weight = (shell.seen * shell.there * (bilinear(portrait.hair, pixels) > 0.5)).astype(
+            np.float32
+        )
+        values = bilinear(dark, pixels)
+        wide = COLUMNS // 2
+        padded = np.pad(values, ((0, 0), (wide, wide), (0, 0)), "wrap")
+        on = diffuse(padded, np.pad(weight, ((0, 0), (wide, wide)), "wrap"))[:, wide:-wide]
+        if weight.sum() > 1:
+            middle = np.median(values[weight > 0.5], 0) if (weight > 0.5).any() else on.mean((0, 1))
+            far = 1 - smoothstep(0.0, 0.25, charts.smooth(weight.astype(float), 25.0))[..., None]
+            on = on + 0.6 * far * (middle - on)
+        return charts.smooth(on.astype(float), 6.0)
+
+    def _energy(self):
+        """Standard deviation of the log brightness of single wisps."""
+        gray = np.log(np.maximum(self.portrait.color @ LUMA.astype(np.float32), 2e-3))
+        fine = gray - cv2.GaussianBlur(gray, (0, 0), 2.0 * self.portrait.scale)
+        inner = self.portrait.hair > 0.95
+        return float(np.clip(np.std(fine[inner]), 0.05, 0.4)) if inner.sum() > 50 else 0.15
+
+    def color(self, points, cells, streak):
+        """What places look like.
+
+        Args:
+            points: [n, 3] mm; cells: [n, 2] of the chart.
+            streak: [n] noise of unit variance, along strands.
+
+        Returns:
+            colours [n, 3] linear, share [n] that the photo shows, and alpha [n] that it leaves.
+        """
+        portrait, shell = self.portrait, self.shell
+        pixels, depth = portrait.pixels(points)
+        inside = portrait.inside(pixels)
+        first = depth < at(self.nearest, pixels) + 9
+        slant = np.abs(self._cosine(points, cells))
+        shown = inside * first * smoothstep(0.05, 0.3, slant)
+        hair = bilinear(portrait.hair, pixels)
+        shown = shown * smoothstep(0.1, 0.5, hair)
+        tone = shell.chart.take(self.tone, cells)
+        made = np.exp(tone + np.log(SHADE) + (self.energy * streak)[:, None])
+        color = made + shown[:, None] * (bilinear(portrait.color, pixels) - made)
+        before = smoothstep(6.0, 1.0, depth - body_depth(portrait, shell, pixels)) * inside
+        return color, shown, 1 - before * (1 - hair)
+
+    def _cosine(self, points, cells):
+        """Between the shell's normal and the line of sight, [n]."""
+        eye = -self.portrait.camera.translation @ _matrix(self.portrait.camera)
+        toward = eye - points
+        toward /= np.linalg.norm(toward, axis=-1, keepdims=True)
+        normal = self.shell.chart.take(self._normals, cells)
+        return (normal * toward).sum(-1) / np.maximum(np.linalg.norm(normal, axis=-1), 1e-6)
+
+    @property
+    def _normals(self):
+        from bakery.stages.hair.directions import frame
+
+        if not hasattr(self, "_made_normals"):
+            self._made_normals = charts.smooth(frame(self.shell)[:, :, 2], 5.0)
+        return self._made_normals
+
+
+def _matrix(camera):
+    from bakery.geometry import rotation
+
+    return rotation.matrix(camera.rotation)
+
+
+def paint_cards(painter, layout, edges, cells, solid, length, texture, direction, along, source):
+    """Paint all cards into the atlas.
+
+    Args:
+        edges: [n, KNOTS, 2, 3] mm; cells: [n, KNOTS, 2, 2] of the chart.
+        solid: [n] 0..1: cards with no cap below them, which have fewer gaps.
+    """
+    count = layout.width * layout.height
+    card = np.repeat(np.arange(len(count)), count)
+    number = np.arange(len(card)) - np.repeat(np.cumsum(count) - count, count)
+    y, x = np.divmod(number, layout.width[card])
+    s, t = (x + 0.5) / layout.width[card], (y + 0.5) / layout.height[card]
+    knot = t * (KNOTS - 1)
+    k = np.minimum(knot.astype(int), KNOTS - 2)
+    f = (knot - k)[:, None]
+
+    def between(values):
+        near = values[card, k] * (1 - f[..., None]) + values[card, k + 1] * f[..., None]
+        return near[:, 0] * (1 - s[:, None]) + near[:, 1] * s[:, None]
+
+    points = between(edges)
+    place, _ = painter.shell.chart.cell(points)
+    across = s * (layout.width[card] / layout.height[card] * length[card]) / STRAND
+    streak, ragged = _streaks(card, across, t)
+    color, shown, left = painter.color(points, place, streak)
+    alpha = _strand_alpha(card, s, across, t, ragged, solid[card])
+    alpha *= left
+    alpha *= smoothstep(0.2, 0.6, painter.shell.chart.take(painter.shell.there, place))
+    row, column = layout.top[card] + y, layout.left[card] + x
+    texture[row, column, :3] = color * alpha[:, None]
+    texture[row, column, 3] = alpha
+    direction[row, column] = [0, 1]
+    along[row, column] = t
+    source[row, column] = np.where(shown > 0.5, OBSERVED, INFERRED)
+
+
+def _hash(*numbers):
+    """0..1 of whole numbers, the same each time."""
+    total = np.zeros(np.shape(numbers[0]), np.uint64)
+    for k, number in enumerate(numbers):
+        total ^= (
+            np.asarray(number).astype(np.int64).astype(np.uint64) + np.uint64(k * 7919 + 1)
+        ) * np.uint64((0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9)[k])
+        total ^= total >> np.uint64(29)
+        total *= np.uint64(0xBF58476D1CE4E5B9)
+        total ^= total >> np.uint64(32)
+    return (total >> np.uint64(40)).astype(np.float64) / float(1 << 24)
+
+
+def _smooth_hash(card, across, seed):
+    low = np.floor(across).astype(int)
+    f = across - low
+    f = f * f * (3 - 2 * f)
+    return _hash(card, low, np.full(card.shape, seed)) * (1 - f) + f * _hash(
+        card, low + 1, np.full(card.shape, seed)
+    )
+
+
+def _streaks(card, across, t):
+    """Noise along the strands of cards: unit variance, and 0..1 of which strands end early."""
+    bent = across + 0.7 * np.sin(2 * np.pi * (t * 1.3 + _hash(card, card * 0, card * 0 + 9)))
+    fine = _smooth_hash(card, bent * 1.0, 1) + 0.5 * _smooth_hash(card, bent * 2.3, 2)
+    slow = _smooth_hash(card, bent * 0.4 + 3 * t, 3)
+    own = _hash(card, card * 0, card * 0 + 5)
+    noise = (fine - 0.75) * 3.0 + (slow - 0.5) * 1.2 + (own - 0.5) * 1.0
+    return noise, _smooth_hash(card, bent * 0.8, 4)
+
+
+def _strand_alpha(card, s, across, t, ragged, solid):
+    tip = 1 - 0.45 * ragged
+    ends = smoothstep(0.0, 0.12, tip - t)
+    begins = smoothstep(0.0, 0.05, t - 0.12 * _smooth_hash(card, across * 1.3, 6))
+    edge = np.abs(2 * s - 1)
+    inner = 1 - 0.5 * _smooth_hash(card, t * 6 + 40 * (s > 0.5), 7) - 0.25 * ragged
+    sides = smoothstep(1.0, 0.6, edge / np.maximum(inner, 0.3) * 0.8)
+    gaps = 1 - (1 - solid) * 0.55 * smoothstep(0.55, 0.85, _smooth_hash(card, across * 1.7, 8)) * (
+        0.3 + 0.7 * t
+    )
+    return ends * begins * sides * gaps
+
+
+def paint_cap(painter, size, rows, texture, direction, source):
+    """Paint the cap's part of the atlas; `rows` of the chart are on it."""
+    tall = int(CAP_PART * size)
+    y, x = np.mgrid[:tall, :size]
+    cells = np.stack([(x + 0.5) / size * COLUMNS, (y + 0.5) / tall * rows], -1).reshape(-1, 2)
+    shell = painter.shell
+    points = shell.surface(cells, CAP)
+    flow = shell.chart.take(painter.flow, cells)
+    ahead, _ = shell.chart.cell(points + flow)
+    step = (ahead - cells + COLUMNS / 2) % COLUMNS - COLUMNS / 2
+    step[:, 1] = (ahead - cells)[:, 1]
+    step = step * [size / COLUMNS, tall / rows]  # texels a mm
+    noise = _drawn_out(step.reshape(tall, size, 2).astype(np.float32))
+    color, shown, _ = painter.color(points, cells, noise.reshape(-1))
+    made = color * (0.75 + 0.25 * shown[:, None])
+    texture[:tall, :, :3] = made.reshape(tall, size, 3)
+    texture[:tall, :, 3] = 1
+    unit = step / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-6)
+    direction[:tall] = unit.reshape(tall, size, 2)
+    source[:tall] = np.where(shown > 0.5, OBSERVED, INFERRED).reshape(tall, size)
+
+
+def _drawn_out(step, length=16):
+    """Noise [h, w] drawn out along steps [h, w, 2] texels (line integral convolution).
+
+    References:
+        Cabral and Leedom, "Imaging vector fields using line integral convolution", SIGGRAPH 1993.
+    """
+    tall, wide = step.shape[:2]
+    noise = np.random.default_rng(11).normal(size=(tall, wide)).astype(np.float32)
+    noise = cv2.GaussianBlur(noise, (0, 0), 0.6)
+    grid = np.stack(np.meshgrid(np.arange(wide), np.arange(tall)), -1).astype(np.float32)
+    total = noise.copy()
+    for sign in (1, -1):
+        place = grid.copy()
+        for _ in range(length):
+            move = cv2.remap(step, place % np.float32([wide, 1e9]), None, cv2.INTER_LINEAR)
+            place = place + sign * np.clip(move, -3, 3)
+            total += cv2.remap(noise, place % np.float32([wide, 1e9]), None, cv2.INTER_LINEAR)
+    total -= cv2.GaussianBlur(total, (0, 0), 12)
+    return total / max(float(total.std()), 1e-6)

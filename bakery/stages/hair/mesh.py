@@ -1,0 +1,131 @@
+"""Triangles of hair: the opaque cap, and ribbons along the wisps."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bakery.geometry.fill import smoothstep
+from bakery.stages.hair import chart as charts
+from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
+from bakery.stages.hair.portrait import NOTHING, Portrait, at
+from bakery.stages.hair.shell import Shell
+from bakery.stages.hair.strands import KNOTS, Wisps
+
+CAP = 0.75  # share of the way from what hair lies on to where it ends
+LAYERS = {0.55: 0.86, 0.8: 0.95, 1.0: 1.03}  # the same for wisps, by their layer
+OVER = 1.5  # mm that wisps stand out farther: the photo cuts them to its outline
+UNDER = 2.5  # mm below the skin that the cap's border goes
+FINE, COARSE = (2, 2), (4, 4)  # rows and columns of the chart between the cap's vertices
+HANGS = 16  # rows below the equator from which the cap has an inner side
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A piece of the mesh: vertices with the place in the chart that they have."""
+
+    vertices: np.ndarray  # [n, 3] mm
+    cells: np.ndarray  # [n, 2]
+    faces: np.ndarray  # [m, 3]
+
+
+def cap_share(shell: Shell, portrait: Portrait) -> np.ndarray:
+    """How far out the cap goes: shares [ROWS, COLUMNS], nan where it must not be."""
+    cells = charts.grid()
+    size = 2 * max(int(1.2 * portrait.scale), 1) + 1
+    import cv2
+
+    sure = cv2.erode((portrait.hair > 0.6).astype(np.uint8), np.ones((size, size), np.uint8)) > 0
+    out = np.full((ROWS, COLUMNS), np.nan)
+    for share in (0.0, 0.15, 0.3, 0.45, 0.6, CAP):
+        pixels, depth = portrait.pixels(shell.surface(cells, share))
+        allowed = ~portrait.inside(pixels) | at(sure, pixels)
+        allowed |= depth > body_depth(portrait, shell, pixels) + 6
+        out = np.where(allowed, share, out)
+    return out
+
+
+def body_depth(portrait: Portrait, shell: Shell, pixels: np.ndarray) -> np.ndarray:
+    """Depth [...] mm of what the photo shows at pixels [..., 2] besides hair; NOTHING: backdrop."""
+    _, middle = portrait.pixels(shell.chart.center)
+    bare = at(portrait.depth, pixels)
+    body = np.where(at(portrait.behind, pixels), NOTHING, middle + 25)
+    return np.where(bare < NOTHING, bare, body)
+
+
+def make_cap(shell: Shell, portrait: Portrait, every: tuple[int, int]) -> Part:
+    """The cap, with a vertex at every so many rows and columns; its two ends meet with own vertices."""
+    rows = np.arange(0, ROWS + 1, every[0])
+    columns = np.arange(0, COLUMNS + 1, every[1])
+    cells = np.stack(np.meshgrid(columns, rows), -1).astype(float)
+    share = cap_share(shell, portrait)
+    dead = np.isnan(share) & ((shell.growth < 0.5) | (shell.radius - shell.chart.skull > 25))
+    lowest = charts.smooth(np.nan_to_num(share), 4.0)
+    take = shell.chart.take
+    there, gone = take(shell.there, cells), take(dead.astype(float), cells)
+    before = (take(shell.growth, cells) < 0.35) & _before_face(shell, portrait, cells)
+    points = shell.surface(cells, take(np.minimum(lowest, np.nan_to_num(share)), cells))
+    sunk = shell.chart.place(cells, take(shell.chart.skull, cells) - UNDER)
+    out = np.where((there > 0.5)[..., None], points, sunk)
+    hung = take(shell.base - shell.chart.skull, cells) > 6
+    bad = (gone > 0.3) | before | ((there < 0.5) & hung)
+    width = len(columns)
+    index = np.arange(cells.shape[0] * width).reshape(cells.shape[:2])
+    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
+    faces = np.stack([np.stack([a, d, c], -1), np.stack([a, c, b], -1)], -2).reshape(-1, 3)
+    flat = out.reshape(-1, 3)
+    some = (there.ravel() > 0.5)[faces].any(1) & ~bad.ravel()[faces].any(1)
+    area = np.linalg.norm(np.cross(flat[faces[:, 1]] - flat[faces[:, 0]],
+                                   flat[faces[:, 2]] - flat[faces[:, 0]]), axis=1)  # fmt: skip
+    faces = faces[some & (area > 0.05)]
+    low = cells.reshape(-1, 2)[:, 1] > DOME + HANGS
+    inner = faces[low[faces].all(1) & hung.ravel()[faces].any(1)][:, ::-1]
+    used, compact = np.unique(np.concatenate([faces, inner]), return_inverse=True)
+    return Part(flat[used], cells.reshape(-1, 2)[used], compact.reshape(-1, 3))
+
+
+def _before_face(shell: Shell, portrait: Portrait, cells: np.ndarray) -> np.ndarray:
+    pixels, depth = portrait.pixels(shell.surface(cells, 1.0))
+    bare = at(portrait.depth, pixels)
+    return (bare < NOTHING) & (depth < bare + 5)
+
+
+def ribbons(shell: Shell, wisps: Wisps, wider: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Both edges of each wisp: points [n, KNOTS, 2, 3] and cells [n, KNOTS, 2, 2]."""
+    points = wisps.points.astype(float)
+    along = np.gradient(points, axis=1)
+    # The chart's own outward direction, from its axis, is steadier than the shell's normal.
+    inner = shell.surface(wisps.cells, 0.0) - shell.chart.center
+    inner[..., 1] *= wisps.cells[..., 1] < DOME
+    side = np.cross(along, inner)
+    side /= np.maximum(np.linalg.norm(side, axis=-1, keepdims=True), 1e-6)
+    t = np.linspace(0, 1, KNOTS)
+    taper = (0.75 + 0.25 * smoothstep(0, 0.3, t)) * (1 - 0.35 * smoothstep(0.6, 1, t))
+    half = 0.5 * wider * wisps.width[:, None] * taper
+    layer = np.select([np.isclose(wisps.layer, k) for k in LAYERS], list(LAYERS.values()), 1.0)
+    lift = layer[:, None] * (0.72 + 0.28 * smoothstep(0, 0.35, t))
+    tilt = np.where(np.arange(len(points)) % 2, 0.05, -0.05)[:, None]
+    edges, cells = [], []
+    for sign in (-1.0, 1.0):
+        at_, _ = shell.chart.cell(points + sign * half[..., None] * side)
+        edge = shell.surface(at_, lift + sign * tilt)
+        outward = edge - shell.chart.center
+        outward[..., 1] *= at_[..., 1] < DOME
+        outward /= np.maximum(np.linalg.norm(outward, axis=-1, keepdims=True), 1e-6)
+        edges.append(edge + outward * OVER * smoothstep(0, 0.35, t)[:, None])
+        cells.append(at_)
+    return np.stack(edges, 2), np.stack(cells, 2)
+
+
+def ribbon_faces(count: int) -> np.ndarray:
+    """Faces [count, 2 (KNOTS - 1), 3] of ribbons whose vertices stand [count, KNOTS, 2]."""
+    k = np.arange(KNOTS - 1) * 2
+    one = np.stack([np.stack([k, k + 2, k + 3], -1), np.stack([k, k + 3, k + 1], -1)], 1)
+    return one.reshape(1, -1, 3) + np.arange(count)[:, None, None] * KNOTS * 2
+
+
+def hang(shell: Shell, points: np.ndarray, chin: float) -> np.ndarray:
+    """How far points [n, 3] stay with neck and shoulders when the head turns, 0..1."""
+    cells, distance = shell.chart.cell(points)
+    off = distance - shell.chart.take(shell.chart.skull, cells)
+    low: np.ndarray = smoothstep(chin + 5, chin - 95, points[:, 1]) * smoothstep(4, 16, off)
+    return low.astype(np.float32)

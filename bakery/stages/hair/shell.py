@@ -1,0 +1,248 @@
+"""The surface that hair reaches to: as far out as the photo's outline, and there only."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bakery.geometry import camera as cameras
+from bakery.geometry.fill import smoothstep
+from bakery.geometry.sample import bilinear
+from bakery.heads.base import HeadModel
+from bakery.heads.scalp import scalp
+from bakery.stages.hair import chart as charts
+from bakery.stages.hair.chart import COLUMNS, DOME, ROWS, STEP, Chart
+from bakery.stages.hair.portrait import NOTHING, Portrait, at
+
+REACH = 130.0  # mm beyond the skull that hair is looked for
+LEAST = 2.0  # mm that hair stands off the skin
+GAP = 14.0  # mm of background after which no more hair belongs to the outline
+HANG = 0.12  # mm that hanging hair falls inwards a mm
+RISE = 22.0  # mm from the hairline over which hair rises to its height
+TALL = 45.0  # mm: what stands out farther is a knot, which the back does not have
+PLAIN = 5.0  # mm that hair stands off an unseen skull at least
+
+
+@dataclass(frozen=True, eq=False)
+class Shell:
+    """Hair as a distance a cell; all grids [ROWS, COLUMNS]."""
+
+    chart: Chart
+    base: np.ndarray  # mm from the axis: what hair lies on
+    radius: np.ndarray  # mm: what it reaches to
+    there: np.ndarray  # 0..1: whether there is any
+    seen: np.ndarray  # 0..1: whether the photo says so
+    growth: np.ndarray  # 0..1: scalp
+    cut: bool  # whether the picture's edge cuts it
+    top: float  # mm that it stands above the skull
+    below: float  # mm below the chin that it reaches
+
+    def surface(self, cells: np.ndarray, share: float | np.ndarray) -> np.ndarray:
+        """Points at a share [...] of the way from the base to the shell at cells [..., 2]."""
+        base, radius = (self.chart.take(g, cells) for g in (self.base, self.radius))
+        return self.chart.place(cells, base + share * (radius - base))
+
+
+def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shell:
+    """The shell of the hair in a portrait."""
+    chart = charts.make_chart(head, neutral)
+    cells = charts.grid()
+    growth = _growth(chart, head, neutral)
+    eye = cameras.position(portrait.camera)
+    base = _base(chart, portrait, cells)
+    outline, hairy, cut = _outline(chart, portrait, base, eye)
+    base = _hanging(base)
+    radius = _radius(base, outline, hairy, eye, chart)
+    there = seen = np.zeros((ROWS, COLUMNS))
+    for _ in range(2):
+        there, seen = _presence(chart, portrait, cells, radius, growth, hairy, eye)
+        away = _distance(there > 0.5)
+        rise = smoothstep(-2.0, RISE, away)
+        rise = np.where(cells[..., 1] > DOME + 4, np.maximum(rise, 0.75), rise)
+        lifted = _radius(base, outline, hairy, eye, chart)
+        radius = base + LEAST + np.maximum(lifted - base - LEAST, 0) * charts.smooth(rise, 5.0)
+    chin = head.landmarks(neutral)[152, 1]
+    rows = np.flatnonzero((there > 0.5).any(1))
+    lowest = charts.EQUATOR - (rows[-1] + 1 - DOME) * STEP if len(rows) else charts.EQUATOR
+    top = float((radius - chart.skull)[: DOME // 3][there[: DOME // 3] > 0.5].max(initial=0.0))
+    return Shell(chart, base, radius, there, seen, growth, cut, top, float(chin - lowest))
+
+
+def _growth(chart: Chart, head: HeadModel, neutral: np.ndarray) -> np.ndarray:
+    """Share of the scalp in each cell."""
+    faces = head.faces[head.part_faces("skin")]
+    share = scalp(head)[faces].mean(1)
+    cells, distance = chart.cell(neutral[faces].mean(1))
+    row, column = (np.clip(cells[:, k].astype(int), 0, n - 1) for k, n in ((1, ROWS), (0, COLUMNS)))
+    total = np.bincount(row * COLUMNS + column, share, ROWS * COLUMNS).reshape(ROWS, COLUMNS)
+    count = np.bincount(row * COLUMNS + column, None, ROWS * COLUMNS).reshape(ROWS, COLUMNS) * 1.0
+    near = charts.smooth(total, 7.0) / np.maximum(charts.smooth(count, 7.0), 1e-6)
+    near[: DOME // 4] = 1
+    return np.where(charts.smooth(count, 7.0) > 1e-3, near, 0)
+
+
+def _base(chart: Chart, portrait: Portrait, cells: np.ndarray) -> np.ndarray:
+    """The skull, with the ear of a side whose ear is under hair."""
+    points = chart.place(cells, chart.ears)
+    pixels, depth = portrait.pixels(points)
+    ear = (chart.ears - chart.skull > 5) & (cells[..., 1] > DOME - 8) & (cells[..., 1] < DOME + 22)
+    out = chart.skull.copy()
+    for side in (charts.azimuth() < 0, charts.azimuth() > 0):
+        mine = ear & side & (depth < at(portrait.depth, pixels) + 25)
+        if mine.any() and at(portrait.solid, pixels[mine]).mean() > 0.6:
+            out[:, side] = chart.ears[:, side]
+    return charts.smooth(out, 3.0)
+
+
+def _hanging(base: np.ndarray) -> np.ndarray:
+    """What hair lies on when it hangs: below what stands out it falls freely."""
+    out = base.copy()
+    for row in range(DOME - 4, ROWS):
+        out[row] = np.maximum(out[row], out[row - 1] - HANG * STEP)
+    return out
+
+
+def _sides(chart: Chart, eye: np.ndarray, radius: float) -> tuple[float, float, float]:
+    """Azimuths of the outline (right, left), and of the camera."""
+    toward = eye - chart.center
+    around = np.arctan2(toward[0], toward[2])
+    off = np.pi / 2 - np.arcsin(min(radius / np.hypot(toward[0], toward[2]), 0.5))
+    return around - off, around + off, around
+
+
+def _outline(chart, portrait, base, eye):
+    """How far hair reaches on both sides.
+
+    Returns:
+        distances [ROWS, 2] mm (right, left; nan where no hair is), evidence [ROWS, 2] 0..1, whether
+        the picture's edge cuts it.
+    """
+    sides = _sides(chart, eye, 85.0)[:2]
+    rows = np.arange(ROWS) + 0.5
+    far = np.full((ROWS, 2), np.nan)
+    hairy = np.zeros((ROWS, 2))
+    cut = False
+    steps = np.arange(0, REACH + 60, 1.0)
+    for side, around in enumerate(sides):
+        cells = np.stack([np.full(ROWS, (around / (2 * np.pi) + 0.5) * COLUMNS), rows], -1)
+        start = chart.take(base, cells)
+        begin = np.minimum(start, 60.0) - 5
+        distance = begin[:, None] + steps
+        points = chart.place(np.repeat(cells[:, None], len(steps), 1), distance)
+        pixels, _ = portrait.pixels(points)
+        inside = portrait.inside(pixels)
+        hair = (bilinear(portrait.hair, pixels) > 0.5) & inside
+        other = (at(portrait.behind, pixels) & ~hair) | ~inside
+        gap = np.zeros(ROWS)
+        open_ = np.ones(ROWS, bool)
+        amount = np.zeros(ROWS)
+        for k in range(len(steps)):
+            beyond = distance[:, k] > start + 3
+            gap = np.where(hair[:, k], 0, gap + (other[:, k] & beyond))
+            open_ &= gap < GAP
+            mine = hair[:, k] & open_
+            far[mine, side] = distance[mine, k]
+            amount += mine & (distance[:, k] > start - 12)
+        hairy[:, side] = smoothstep(2.0, 7.0, amount)
+        edge = ~inside & np.roll(hair, 1, axis=1)
+        cut |= bool(edge[:, 1:].any(1).sum() > 4)
+    return far, hairy, cut
+
+
+def _radius(base, outline, hairy, eye, chart):
+    """Distances that agree with the outline on both sides, and go on around the head."""
+    right, left, front = _sides(chart, eye, 85.0)
+    turn = charts.azimuth() - front
+    share = 0.5 + 0.5 * np.sin(turn)  # 1 on the left, 0 on the right
+    offsets = []
+    for side, around in enumerate((right, left)):
+        column = np.full(ROWS, (around / (2 * np.pi) + 0.5) * COLUMNS)
+        here = chart.take(base, np.stack([column, np.arange(ROWS) + 0.5], -1))
+        offset = outline[:, side] - here
+        known = np.isfinite(offset) & (hairy[:, side] > 0.3)
+        if known.any():
+            rows = np.arange(ROWS)
+            offset = np.interp(rows, rows[known], offset[known])
+            padded = np.pad(offset, 2, "edge")
+            offset = np.convolve(np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), 1),
+                                 np.ones(3) / 3, "same")  # fmt: skip
+        else:
+            offset = np.full(ROWS, PLAIN)
+        offsets.append(offset)
+    right, left = offsets
+    across = right[:, None] * (1 - share) + left[:, None] * share
+    back = 0.5 - 0.5 * np.cos(turn)  # 1 behind
+    lower = (np.arange(ROWS)[:, None] + 0.5 - DOME) * STEP  # mm below the equator
+    # Behind hair lies closer than it stands out to the sides, and a knot is not repeated there.
+    plain = np.clip(across, PLAIN, TALL)
+    hanging = smoothstep(10, 70, lower)
+    behind = plain * (0.75 - 0.45 * hanging)
+    before = np.minimum(across, TALL) * (0.8 - 0.3 * hanging)
+    flank = np.abs(np.sin(turn)) ** 1.5
+    offset = flank * across + (1 - flank) * np.where(back > 0.5, behind, before)
+    return np.maximum(charts.smooth(base + offset, 5.0), chart.skull + LEAST)
+
+
+def _presence(chart, portrait, cells, radius, growth, hairy, eye):
+    """Whether hair is in each cell, and whether the photo says so."""
+    points = chart.place(cells, radius)
+    pixels, depth = portrait.pixels(points)
+    inside = portrait.inside(pixels)
+    right, left, front = _sides(chart, eye, 85.0)
+    turn = charts.azimuth() - front
+    outward = points - chart.center
+    outward[..., 1] = np.maximum(outward[..., 1], 0)
+    toward = eye - points
+    cosine = (outward * toward).sum(-1) / (
+        np.linalg.norm(outward, axis=-1) * np.linalg.norm(toward, axis=-1)
+    )
+    photo = bilinear(portrait.hair, pixels)
+    before = (depth < at(portrait.depth, pixels) + 6) | (photo > 0.5)  # the fitted head may err
+    seen = smoothstep(-0.02, 0.2, cosine) * inside * before
+    left_share = (0.5 + 0.5 * np.sin(turn))[None]
+    towards = np.abs(2 * left_share - 1)
+    row = np.arange(ROWS)
+    # Above the ears the outline tells bare scalp from hair; below it, what hangs beside the neck.
+    level = DOME - 2
+    crown = np.where((row < level)[:, None], hairy, hairy[level - 6 : level].max(0)[None])
+    of_side = np.where(left_share > 0.5, crown[:, 1:], crown[:, :1])
+    scalp_ = growth * (towards * of_side + (1 - towards) * crown.max(1, keepdims=True))
+    start = DOME + 14
+    down = hairy.copy()
+    down[start:] = np.minimum.accumulate(_closed(down[start:]), 0)
+    down[:start] = 0
+    side = np.where(left_share > 0.5, down[:, 1:], down[:, :1])
+    curtain = towards * side + (1 - towards) * down.min(1, keepdims=True)
+    curtain = curtain * (np.cos(turn) < 0.35)
+    for k in range(start - 1, DOME, -1):  # what hangs is held from above
+        curtain[k] = np.maximum(curtain[k], curtain[k + 1] * (np.cos(turn) < 0.1))
+    hidden = np.maximum(scalp_, curtain)
+    # What hangs behind neck and shoulders ends where background shows in its place.
+    through = inside & at(portrait.behind, pixels) & (portrait_clear(portrait, pixels))
+    hidden = np.where(through & (photo < 0.3), 0, hidden)
+    there = seen * photo + (1 - seen) * hidden
+    return charts.smooth(there, 2.5), seen
+
+
+def portrait_clear(portrait: Portrait, pixels: np.ndarray) -> np.ndarray:
+    """Whether nothing of the head is at pixels [..., 2]: the camera sees what is behind."""
+    clear: np.ndarray = at(portrait.depth, pixels) >= NOTHING
+    return clear
+
+
+def _closed(values):
+    """Evidence [n, 2] with gaps of up to four rows filled."""
+    padded = np.pad(values, ((2, 2), (0, 0)), "edge")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 5, axis=0)
+    return windows.max(-1)
+
+
+def _distance(mask):
+    """Distance [ROWS, COLUMNS] mm within a mask of cells from its border, less than 0 outside."""
+    import cv2
+
+    wide = np.pad(mask, ((1, 0), (COLUMNS // 2, COLUMNS // 2)), "wrap").astype(np.uint8)
+    wide[0] = wide[1].max()
+    inner = cv2.distanceTransform(wide, cv2.DIST_L2, 3)
+    outer = cv2.distanceTransform(1 - wide, cv2.DIST_L2, 3)
+    away = (inner - outer)[1:, COLUMNS // 2 : -COLUMNS // 2]
+    return away * STEP

@@ -1,0 +1,123 @@
+"""Wisps of hair on the shell: lines that follow its flow, spread evenly."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bakery.stages.hair import chart as charts
+from bakery.stages.hair.chart import COLUMNS, ROWS
+from bakery.stages.hair.shell import Shell
+
+PACE = 3.0  # mm a step along a wisp
+KNOTS = 8  # points of a wisp that are kept
+TRIES = 3000  # places at which wisps are begun, of which few are taken
+SHORTEST = 10.0  # mm
+
+
+@dataclass(frozen=True, eq=False)
+class Wisps:
+    """Locks of hair, n of them, root first."""
+
+    points: np.ndarray  # [n, KNOTS, 3] mm, on the shell
+    cells: np.ndarray  # [n, KNOTS, 2] of the chart
+    width: np.ndarray  # [n] mm
+    length: np.ndarray  # [n] mm
+    layer: np.ndarray  # [n] 0..1: how far out of the way from skull to shell
+
+
+def grow(
+    shell: Shell, flow: np.ndarray, count: int, width: float, longest: float, seed: int = 3
+) -> Wisps:
+    """Cover the shell with wisps.
+
+    Args:
+        flow: [ROWS, COLUMNS, 3] from root to tip.
+        count: how many at most.
+        width: mm of a wisp.
+        longest: mm.
+    """
+    rng = np.random.default_rng(seed)
+    starts = _starts(shell, rng)
+    if not len(starts):
+        none = np.zeros((0, KNOTS, 3), np.float32)
+        return Wisps(none, none[..., :2], *(np.zeros(0, np.float32),) * 3)
+    steps = int(longest / PACE)
+    reach = rng.uniform(0.65, 1.0, len(starts)) * longest
+    up = _trace(shell, flow, starts, -1, steps, reach * rng.uniform(0.25, 0.6, len(starts)))
+    down = _trace(shell, flow, starts, 1, steps, reach - up[1])
+    lines = np.concatenate([up[0][:, :0:-1], down[0]], 1)
+    first, last = steps - up[2], steps + down[2]
+    at = first[:, None] + (last - first)[:, None] * np.linspace(0, 1, KNOTS)
+    index = np.floor(at).astype(int)
+    part = (at - index)[..., None]
+    row = np.arange(len(lines))[:, None]
+    points = lines[row, index] * (1 - part) + lines[row, np.minimum(index + 1, 2 * steps)] * part
+    length = (last - first) * PACE
+    chosen, layer = _spread(shell, points, length, width, count)
+    points = points[chosen]
+    cells, _ = shell.chart.cell(points)
+    wide = width * rng.uniform(0.8, 1.25, len(chosen))
+    return Wisps(
+        points.astype(np.float32), cells.astype(np.float32), wide.astype(np.float32),
+        length[chosen].astype(np.float32), layer.astype(np.float32),
+    )  # fmt: skip
+
+
+def _starts(shell, rng):
+    """Places [n, 3] drawn evenly by area from where hair is."""
+    area = np.maximum(shell.there - 0.3, 0) * shell.radius * charts.around()
+    if area.sum() < 1:
+        return np.zeros((0, 3))
+    pick = rng.choice(area.size, TRIES, p=(area / area.sum()).ravel())
+    row, column = np.divmod(pick, COLUMNS)
+    cells = np.stack([column + rng.random(TRIES), row + rng.random(TRIES)], -1)
+    return shell.surface(cells, 1.0)
+
+
+def _trace(shell, flow, starts, sign, steps, reach):
+    """Follow the flow from `starts`: lines [n, steps + 1, 3], lengths mm and steps [n]."""
+    point, alive = starts.copy(), np.ones(len(starts), bool)
+    out, taken = [point], np.zeros(len(starts), int)
+    for k in range(steps):
+        cells, _ = shell.chart.cell(point)
+        heading = shell.chart.take(flow, cells)
+        heading /= np.maximum(np.linalg.norm(heading, axis=-1, keepdims=True), 1e-6)
+        ahead, _ = shell.chart.cell(point + sign * PACE * heading)
+        ahead[:, 1] = np.clip(ahead[:, 1], 0, ROWS)
+        here = shell.chart.take(shell.there, ahead)
+        alive = alive & (here > 0.35) & (PACE * (k + 1) <= reach)
+        point = np.where(alive[:, None], shell.surface(ahead, 1.0), point)
+        taken += alive
+        out.append(point)
+    return np.stack(out, 1), taken * PACE, taken
+
+
+def _spread(shell, points, length, width, count):
+    """Which wisps to take so that all is covered evenly: indices, and the layer of each."""
+    cells, _ = shell.chart.cell(points)
+    fine = np.linspace(0, 1, 24) * (KNOTS - 1)
+    index = np.minimum(fine.astype(int), KNOTS - 2)
+    part = (fine - index)[None, :, None]
+    dense = points[:, index] * (1 - part) + points[:, index + 1] * part
+    cells, _ = shell.chart.cell(dense)
+    column = cells[..., 0].astype(int) % COLUMNS
+    row = np.clip(cells[..., 1].astype(int), 0, ROWS - 1)
+    # Narrow columns near the pole are covered by more of them.
+    mm = np.maximum(2 * np.pi * shell.radius * charts.around() / COLUMNS, 0.5)
+    cover = np.zeros((ROWS, COLUMNS))
+    chosen, layer = [], []
+    for depth in range(3):
+        for n in np.argsort(-length, kind="stable") if depth == 0 else range(len(points)):
+            if length[n] < SHORTEST or len(chosen) >= count:
+                continue
+            if cover[row[n], column[n]].mean() > depth + 0.45:
+                continue
+            chosen.append(n)
+            layer.append((0.55, 0.8, 1.0)[depth])
+            for r, c in zip(row[n], column[n]):
+                reach = int(np.clip(width / 2 / mm[r, c], 0, COLUMNS // 2 - 1))
+                span = np.arange(c - reach, c + reach + 1) % COLUMNS
+                cover[r, span] = np.maximum(cover[r, span], depth + 1)
+                for beside in (max(r - 1, 0), min(r + 1, ROWS - 1)):
+                    cover[beside, span] = np.maximum(cover[beside, span], depth + 0.6)
+    return np.array(chosen, int), np.array(layer)
