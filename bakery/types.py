@@ -13,6 +13,7 @@ import numpy as np
 
 from bakery.check import check_array, check_shape
 
+LARGEST_OUTLINE = 60.0  # mm; no head differs by more from another outside the face
 LANDMARKS = 478  # 468 of the face mesh and 5 of each iris, the subject's right iris first
 
 # Apple's ARKit names in the order that every array of expressions here has.
@@ -107,9 +108,14 @@ class Fit:
     # [468, 3] mm, head space: takes what the expression left in the neutral head off its landmarks,
     # and fades as the expression is played (`stages.fit.rest`)
     rest: np.ndarray = field(default_factory=lambda: np.zeros((468, 3)))
+    # [O] mm: ears, skull, jaw corners, neck and shoulders (`heads.outline`); [0] is the head's own
+    outline: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         check_array("Fit.rest", self.rest, (468, 3))
+        check_array(
+            "Fit.outline", self.outline, (None,), low=-LARGEST_OUTLINE, high=LARGEST_OUTLINE
+        )
         check_array("Fit.identity", self.identity, (None,))
         check_array("Fit.expression", self.expression, (len(EXPRESSIONS),), low=0, high=1)
         check_array("Fit.gaze", self.gaze, (2,))

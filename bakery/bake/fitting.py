@@ -13,11 +13,13 @@ from bakery.formats import record
 from bakery.formats.work import key_of
 from bakery.heads.base import HeadModel
 from bakery.heads.lashes import with_lashes
+from bakery.heads.outline import outline_offsets
 from bakery.landmarks import face_size
 from bakery.stages import assess
 from bakery.stages.detect import detect_faces
-from bakery.stages.fit import fit, prepare
+from bakery.stages.fit import Face, fit, prepare
 from bakery.stages.fit.lids import close_lids
+from bakery.stages.fit.outline import Seen, fit_outline
 from bakery.stages.fit.rest import at_rest, load_rest_shape, presence, rest_moves
 from bakery.stages.fit.warp import residual_offsets
 from bakery.stages.segment import Segmentation, segment
@@ -55,7 +57,8 @@ def fit_portrait(
     except FitError as error:
         raise FitError(f"{path}: {error}") from error
     (found,) = rested(head, [replace(found, head_sha256=head.digest)], options.texture)
-    return found, segmentation
+    face = Face(photo, landmarks, labels=segmentation.labels)
+    return outlined(head, [found], [face], options)[0], segmentation
 
 
 def rested(head: HeadModel, fits: Sequence[Fit], options: TextureOptions) -> list[Fit]:
@@ -79,9 +82,36 @@ def rested(head: HeadModel, fits: Sequence[Fit], options: TextureOptions) -> lis
     ]
 
 
+def outlined(
+    head: HeadModel, fits: Sequence[Fit], faces: Sequence[Face], options: BuildOptions
+) -> list[Fit]:
+    """The fits of one person's photos with one outline (`Fit.outline`), by the labels of the photos.
+
+    Args:
+        faces: of the photos; those without labels say nothing.
+    """
+    seen = [
+        Seen(fit, _as_photographed(head, fit), face.labels, face.landmarks.points)
+        for fit, face in zip(fits, faces)
+        if face.labels is not None
+    ]
+    if not (options.fit.outline and seen):
+        return list(fits)
+    outline = fit_outline(head, seen)
+    return [replace(fit, outline=outline) for fit in fits]
+
+
+def _as_photographed(head: HeadModel, fit: Fit) -> np.ndarray:
+    """The head [V, 3] mm with the photo's expression and gaze."""
+    return head.vertices(fitted_neutral(head, fit), fit.expression, fit.gaze)
+
+
 def fitted_neutral(head: HeadModel, fit: Fit) -> np.ndarray:
-    """The neutral shape [V, 3] mm that was fitted, with its residual warp, not yet at rest."""
-    return head.neutral(fit.identity, residual_offsets(head, fit.residual))
+    """The neutral shape [V, 3] mm that was fitted, with its warp and outline, not yet at rest."""
+    offsets = residual_offsets(head, fit.residual)
+    if fit.outline.any():
+        offsets = offsets + outline_offsets(head, fit.outline)
+    return head.neutral(fit.identity, offsets)
 
 
 def resting_head(head: HeadModel, fit: Fit) -> tuple[HeadModel, np.ndarray]:
@@ -134,7 +164,9 @@ def made_from(photo: Photo, landmarks: Landmarks, fit: Fit, head: HeadModel) -> 
     table = record.fit_to_table(fit)
     parts = [table[name] for name in ("camera", "identity", "expression", "gaze", "light")]
     points = np.round(landmarks.points, 3).tolist()
-    return key_of(photo.sha256, points, parts, table["residual"], table.get("rest"), head.digest)
+    warps = [table["residual"], table.get("rest")]
+    warps += [table["outline"]] if "outline" in table else []  # as keys were before there was one
+    return key_of(photo.sha256, points, parts, *warps, head.digest)
 
 
 def examine(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery.bake.fitting import fitted_neutral, rested
+from bakery.bake.fitting import fitted_neutral, outlined, rested
 from bakery.bake.options import BuildOptions
 from bakery.errors import FitError, InputError
 from bakery.heads.base import HeadModel
@@ -39,7 +39,9 @@ def check_photos(paths: Sequence[Path], photos: Sequence[Photo]) -> None:
 def fit_person(
     paths: Sequence[Path], faces: Sequence[Face], head: HeadModel, options: BuildOptions
 ) -> list[Fit]:
-    """The fits of several photos of one person, with one identity and warp; warns of two people.
+    """The fits of several photos of one person, with one identity, warp and outline.
+
+    Warns of two people.
 
     Args:
         paths: what messages call the photos.
@@ -67,7 +69,7 @@ def fit_person(
             )  # fmt: skip
     together = fit_together(faces, head, options.fit)
     known = [replace(found, head_sha256=head.digest) for found in together]
-    return rested(head, known, options.texture)
+    return outlined(head, rested(head, known, options.texture), faces, options)
 
 
 def distance(head: HeadModel, one: Fit, two: Fit) -> float:

@@ -221,7 +221,7 @@ def _fitted(
     def fit() -> bytes:
         if request.others:
             seen = [
-                Face(face.photo, face.landmarks, segmentation.skin)
+                Face(face.photo, face.landmarks, segmentation.skin, segmentation.labels)
                 for face, segmentation in zip(faces, segmentations)
             ]
             fits = fit_person((request.photo, *request.others), seen, head, request.options)

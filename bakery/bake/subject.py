@@ -1,6 +1,6 @@
 """A person photographed in neutral, ready to be painted as other photographs show them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -104,7 +104,8 @@ class FittedSubject:
         """The neutral shape [V, 3] mm that this person's expressions bring to another fit's shape."""
         mine = self.neutral.fit
         back = played_back(self.model, fitted_neutral(self.model, mine), mine, fit.expression)
-        theirs: np.ndarray = fitted_neutral(self.model, fit) + back
+        other = replace(fit, outline=mine.outline)
+        theirs: np.ndarray = fitted_neutral(self.model, other) + back
         return theirs
 
     def _observation(

@@ -71,9 +71,8 @@ def fit(
     seen = [Face(*found(photo)) for photo in photos]
     if dry_run:
         return
-    seen = [
-        replace(one, skin=segment_portrait(one.photo, one.landmarks, chosen).skin) for one in seen
-    ]
+    labelled = [segment_portrait(one.photo, one.landmarks, chosen) for one in seen]
+    seen = [replace(one, skin=told.skin, labels=told.labels) for one, told in zip(seen, labelled)]
     fits = fit_person(photos, seen, model, chosen)
     lead = leading(fits)
     by_photo = {photo: (fitted, one) for photo, fitted, one in zip(photos, fits, seen)}

@@ -191,6 +191,8 @@ def fit_to_table(fit: Fit, photo: Photo | None = None) -> dict[str, object]:
     }
     if fit.rest.any():
         table["rest"] = numbers(fit.rest)
+    if fit.outline.any():
+        table["outline"] = numbers(fit.outline)
     if photo is not None:
         table["photo"] = {"sha256": photo.sha256, "notes": list(photo.notes)}
     return table
@@ -222,6 +224,7 @@ def fit_from_table(name: object, table: Mapping[str, Any]) -> Fit:
             diagnostics=dict(table.get("diagnostics", {})),
             head_sha256=str(table.get("head_sha256", "")),
             rest=np.array(table.get("rest", np.zeros((468, 3))), np.float64),
+            outline=np.array(table.get("outline", []), np.float64),
         )
 
 

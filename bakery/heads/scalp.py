@@ -1,9 +1,12 @@
 """Where hair grows on a head, before any photo is looked at."""
 
+from collections.abc import Callable
+
 import cv2
 import numpy as np
 
 from bakery.geometry.sample import bilinear
+from bakery.heads.base import HeadModel
 
 RADIUS = 85.0  # mm, of the cylinder around the mean head that is unrolled
 BROW, EYE, TOP = 293, 263, 10  # landmarks: end of the left brow, its outer eye corner, hairline
@@ -18,16 +21,10 @@ def scalp(head):
     sides alike.
     """
     skin = head.mean[head.part_vertices("skin")]
-    upper = skin[skin[:, 1] > 20]
-    axis = float((upper[:, 2].min() + upper[:, 2].max()) / 2)
-
-    def unroll(points):
-        across = np.arctan2(np.abs(points[..., 0]), points[..., 2] - axis) * RADIUS
-        return np.stack([across, points[..., 1]], -1)
-
+    unroll = unrolled(head)
     marks = unroll(head.landmarks(head.mean))
     top, brow, eye = marks[TOP, 1], marks[BROW, 1], marks[EYE, 1]
-    front, behind, low, high = _ear(skin, axis, unroll)
+    front, behind, low, high = ear_box(head)
     back, peak = np.pi * RADIUS + MARGIN, skin[:, 1].max() + MARGIN
     line = [
         [-MARGIN, top + 9], [16, top + 7], [32, top + 3], [48, top - 6], [63, top - 18],
@@ -42,20 +39,50 @@ def scalp(head):
     cv2.fillPoly(chart, [np.round(np.array(line) - corner).astype(np.int32)], 1)
     chart = cv2.GaussianBlur(chart, (0, 0), SOFT)
     places = unroll(head.mean)
-    across = (places[:, 0] - (front + behind) / 2) / ((behind - front) / 2 + 2)
-    up = (places[:, 1] - (low + high) / 2) / ((high - low) / 2 + 3)
-    ear = np.abs(across) ** 8 + np.abs(up) ** 8 < 1
+    ear = ear_depth(places, (front, behind, low, high)) < 1
     share = np.clip(2 * bilinear(chart, (places - corner).astype(np.float32)) - 0.5, 0, 1)
     return np.where(ear, 0, share).astype(np.float32)
 
 
-def _ear(skin, axis, unroll):
+def unrolled(head: HeadModel) -> Callable[[np.ndarray], np.ndarray]:
+    """The map of points [..., 3] onto the mean head unrolled to a cylinder [..., 2] mm.
+
+    Across from the face's middle, both sides alike, and up.
+    """
+    axis = _axis(head)
+
+    def unroll(points: np.ndarray) -> np.ndarray:
+        across = np.arctan2(np.abs(points[..., 0]), points[..., 2] - axis) * RADIUS
+        return np.stack([across, points[..., 1]], -1)
+
+    return unroll
+
+
+def ear_box(head: HeadModel) -> tuple[float, float, float, float]:
     """The left ear on the unrolled head: nearest and farthest across, lowest and highest, mm.
 
     Ears are what stands further out than the skull above them.
     """
+    skin = head.mean[head.part_vertices("skin")]
     side = skin[(skin[:, 1] > -70) & (skin[:, 1] < 40)]
     tip = side[side[:, 0].argmax()]
     above = skin[(skin[:, 1] > tip[1] + 22) & (skin[:, 1] < tip[1] + 45)]
-    ear = unroll(side[(side[:, 0] > above[:, 0].max() + 2.5) & (side[:, 2] < axis + 25)])
-    return ear[:, 0].min(), ear[:, 0].max(), ear[:, 1].min(), ear[:, 1].max()
+    ear = side[(side[:, 0] > above[:, 0].max() + 2.5) & (side[:, 2] < _axis(head) + 25)]
+    across, up = unrolled(head)(ear).T
+    return across.min(), across.max(), up.min(), up.max()
+
+
+def ear_depth(flat: np.ndarray, box: tuple[float, float, float, float]) -> np.ndarray:
+    """Below 1 on an ear, where the unrolled points [N, 2] lie in its box (`ear_box`)."""
+    front, behind, low, high = box
+    across = (flat[:, 0] - (front + behind) / 2) / ((behind - front) / 2 + 2)
+    up = (flat[:, 1] - (low + high) / 2) / ((high - low) / 2 + 3)
+    depth: np.ndarray = np.abs(across) ** 8 + np.abs(up) ** 8
+    return depth
+
+
+def _axis(head):
+    """Where the cylinder's axis stands, mm along z: in the middle of the skull."""
+    upper = head.mean[head.part_vertices("skin")]
+    upper = upper[upper[:, 1] > 20]
+    return float((upper[:, 2].min() + upper[:, 2].max()) / 2)

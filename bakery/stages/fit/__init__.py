@@ -55,6 +55,9 @@ class FitOptions(Settings):
         1e-3, "a level ends when a step saves less than this share of the energy", 0, 1
     )
     warp: bool = setting(True, "end with the smooth warp onto the landmarks")
+    outline: bool = setting(
+        True, "fit ears, skull and neck to what the photo shows around the face"
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -70,6 +73,7 @@ class Face:
     photo: Photo
     landmarks: Landmarks
     skin: np.ndarray | None = None  # [H, W] 0..1, how surely each pixel is bare skin
+    labels: np.ndarray | None = None  # [H, W] uint8 into segment.LABELS; None: not known
 
 
 def landmark_model(head, modes):
