@@ -29,6 +29,7 @@ from bakery.stages.texture.unwrap import PartialAlbedo, inner_face
 OBSERVED, MIRRORED, INFERRED, PAINTED = 1, 2, 3, 4  # codes of coverage.exr; 0 is outside all charts
 FAR_TONE = 0.003  # how strongly unseen skin leans to what is likely, against its borders
 SHARED = 0.05  # weight that both halves must reach somewhere before their colours are compared
+FADE = 1 / 60  # of the atlas's side, blur of the borders of what is known off the face
 MUCOSA = np.array([0.92, 0.66, 0.68], np.float32)  # wet inside of the lips over their outside
 GRAIN_WAVELENGTHS = (0.9, 1.8, 3.6)  # mm; pores to small blotches
 
@@ -100,7 +101,7 @@ def complete(
         uv_polygon(head, LIPS_INNER, 1.0, atlas.size), (0, 0), atlas.size / 300
     )
     inferred = base * (1 - (1 - MUCOSA) * inner_lips[..., None])
-    share = np.clip(known, 0, 1)[..., None]
+    share = faded(np.clip(known, 0, 1), inner_face(head, atlas.size))[..., None]
     source = np.select(
         [on_skin == 0, seen >= 0.5, known >= 0.5], [0, OBSERVED, MIRRORED], INFERRED
     ).astype(np.uint8)
@@ -157,6 +158,18 @@ def with_mirror(
     share = np.maximum(known, 1e-6)
     joined = (observed * seen[..., None] + mirror * weight[..., None]) / share[..., None]
     return joined, known, (even * seen + even[:, ::-1] * weight) / share
+
+
+def faded(known: np.ndarray, face: np.ndarray) -> np.ndarray:
+    """How much of what is known [T, T] 0..1 is shown: off the face its borders fade out inwards.
+
+    There tones are the least sure, and a line where the photo ends shows from the side.
+
+    Args:
+        known: [T, T] 0..1; face: [T, T] 0..1, 1 well within the face.
+    """
+    around = cv2.GaussianBlur(known, (0, 0), FADE * len(known))
+    return known * (face + (1 - face) * np.float32(smoothstep(0.5, 0.9, around)))
 
 
 def _trusted(known: np.ndarray, head: HeadModel, size: int) -> np.ndarray:
