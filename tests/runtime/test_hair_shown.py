@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bakery.geometry.color import to_encoded, to_linear
 from bakery.geometry.fill import enclosed
 from bakery.motion.animate import AnimationPlayer, RenderSettings
 from bakery.runtime.contact_sheet import contact_sheet
@@ -46,22 +47,46 @@ def test_alpha_is_the_coverage_of_the_hair(dressed):
     assert half.sum() > 100
 
 
-def test_over_the_photo_hair_is_mixed_by_its_alpha(dressed):
-    """Beside the head, at the photo's own pose: no rim of another colour."""
-    fit = dressed.fit
-    vertices = dressed.head.vertices(dressed.neutral, fit.expression, fit.gaze)
-    frame = draw(dressed, vertices, fit.camera, fit.expression, fit.gaze)
-    bare = draw(dressed, vertices, fit.camera, fit.expression, fit.gaze, hair=False)
+@pytest.mark.parametrize("source", [1, 3])
+def test_over_the_photo_hair_is_mixed_by_its_alpha(dressed, source):
+    """At the photo's own pose no rim of another colour, beside the head and where its skin is made up."""
+    kind = np.full_like(dressed.textures.source, source)
+    avatar = replace(dressed, textures=replace(dressed.textures, source=kind))
+    fit = avatar.fit
+    vertices = avatar.head.vertices(avatar.neutral, fit.expression, fit.gaze)
+    frame = draw(avatar, vertices, fit.camera, fit.expression, fit.gaze, apart=True)
     scene = Scene(fit.expression, fit.gaze, None, "photo", None, True)
-    picture, _ = draw_scene(dressed, scene)
-    _, photo = portrait_at(dressed, fit.camera)
-    beside = (bare.alpha == 0) & (frame.alpha > 0)
-    assert (beside & (frame.alpha < 0.9)).sum() > 300
-    wanted = frame.color + (1 - frame.alpha[..., None]) * photo
-    np.testing.assert_allclose(picture[beside], wanted[beside], atol=5e-3)
-    np.testing.assert_allclose(frame.face[beside], frame.alpha[beside], atol=2e-3)
-    without, _ = draw_scene(dressed, replace(scene, hair=False))
-    np.testing.assert_array_equal(without[frame.alpha == 0], picture[frame.alpha == 0])
+    picture, face = draw_scene(avatar, scene)
+    flat = replace(avatar, textures=replace(avatar.textures, hair_mesh=None))
+    bald, _ = draw_scene(flat, scene)
+    alpha = frame.hair[..., 3:]
+    own = frame.hair[..., :3] / np.maximum(alpha, 1e-6)
+    wanted = to_linear(to_encoded(bald) * (1 - alpha) + to_encoded(own) * alpha)
+    uncapped = frame.hair[..., 3] < 0.9  # behind the cap another head is drawn
+    assert (uncapped & (frame.hair[..., 3] > 0.1)).sum() > 1000
+    assert (np.abs(picture - wanted)[uncapped] > 2e-3).mean() < 1e-3  # the rim of the cap
+    np.testing.assert_array_equal(bald[alpha[..., 0] == 0], picture[alpha[..., 0] == 0])
+    if source == 3:  # all that shows is photo, eyes, mouth and hair
+        _, photo = portrait_at(avatar, fit.camera)
+        rest = (alpha[..., 0] == 0) & (face == 0)
+        assert rest.sum() > 1000
+        np.testing.assert_allclose(picture[rest], photo[rest], atol=5e-3)
+
+
+def test_a_take_over_the_photo_keeps_the_hair(dressed, short_take):
+    """As `render --view photo`: the fast player's hair is laid over the photo too."""
+    settings = RenderSettings(view="photo", size=200, rate=None, first=0, last=None, dynamic=True,
+                              hair=True, film=False)  # fmt: skip
+    shown = []
+    for hair in (True, False):
+        player = AnimationPlayer(dressed, short_take, replace(settings, hair=hair))
+        camera = player.camera
+        shown.append(player.picture(player.player.workspace(camera.width, camera.height), 0))
+    scene = Scene(player.weights[0], player.gaze[0], None, "photo", 200, True)
+    reference = np.round(to_encoded(draw_scene(dressed, scene)[0]) * 255)
+    assert (np.abs(shown[0].astype(int) - shown[1]).max(-1) > 20).mean() > 0.1
+    apart = np.abs(shown[0] - reference).max(-1)
+    assert (apart > 3).mean() < 2e-3
 
 
 def test_hair_turns_with_the_head_whatever_hangs(dressed, short_take):
