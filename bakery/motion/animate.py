@@ -141,7 +141,8 @@ class AnimationPlayer:
         camera, dynamic = self.camera_of(index), self.settings.dynamic
         if self.background is None and self.settings.film:
             return self.player.picture(work, camera, expression, gaze, dynamic)
-        frame = self.player.frame(work, camera, expression, gaze, dynamic)
+        apart = self.background is not None
+        frame = self.player.frame(work, camera, expression, gaze, dynamic, apart)
         if self.background is None:
             return cut_out(frame)
         vertices = self.avatar.neutral.copy()  # the hidden ones rest: nobody sees them

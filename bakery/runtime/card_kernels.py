@@ -40,7 +40,7 @@ def clear(out: np.ndarray, samples: int, box: tuple[int, int, int, int]) -> None
     for row in range(box[0] * samples, box[1] * samples):
         for column in range(box[2] * samples, box[3] * samples):
             out[row, column, 0] = out[row, column, 1] = out[row, column, 2] = 0
-            out[row, column, 3] = 1
+            out[row, column, 3] = out[row, column, 4] = 1
 
 
 @jit
@@ -54,6 +54,7 @@ def lay_cards(
     best: np.ndarray,
     samples: int,
     box: tuple[int, int, int, int],
+    hides: bool,
     out: np.ndarray,
 ) -> None:
     """Lay faces under those that were laid before, where nothing is before them.
@@ -66,8 +67,10 @@ def lay_cards(
         texture: [h, w, 4] float32 linear, colour multiplied by alpha.
         best: [H n, W n] float32: 1/depth of what is nearest, from `kernels.rasterize`.
         box: (top, bottom, left, right) of the picture that the faces may cover.
-        out: [H n, W n, 4] float32, changed inside the box: sRGB of the faces, multiplied by alpha,
-            and the share of what is behind that comes through; begin with `clear`.
+        hides: whether the photo's face is hidden by them: hair, not lashes.
+        out: [H n, W n, 5] float32, changed inside the box: sRGB of the faces, multiplied by alpha,
+            the share of what is behind that comes through, and that of those that hide alone;
+            begin with `clear`.
     """
     height, width = texture.shape[:2]
     for f in range(len(faces)):
@@ -138,13 +141,15 @@ def lay_cards(
                     )  # fmt: skip
                     out[row, column, k] += through * opacity * encode(own / whole)
                 out[row, column, 3] = through * (1 - opacity)
+                if hides:
+                    out[row, column, 4] *= 1 - opacity
 
 
 @jit
 def under(
     card: np.ndarray, red: np.float32, green: np.float32, blue: np.float32
 ) -> tuple[np.float32, np.float32, np.float32]:
-    """A solid sample's colour, linear, as it is seen through cards [4]."""
+    """A solid sample's colour, linear, as it is seen through cards [5]."""
     clear = card[3]
     return (
         decode(encode(red) * clear + card[0]),
@@ -155,7 +160,7 @@ def under(
 
 @jit
 def alone(card: np.ndarray) -> tuple[np.float32, np.float32, np.float32, np.float32]:
-    """Cards [4] with nothing behind: colour multiplied by alpha, and alpha."""
+    """Cards [5] with nothing behind: colour multiplied by alpha, and alpha."""
     opacity = 1 - card[3]
     return (
         decode(card[0] / opacity) * opacity,

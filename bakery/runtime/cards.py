@@ -52,6 +52,12 @@ def lay_faces(
             _mix(color, alpha, known, np.unravel_index(places[turn], alpha.shape), card[turn])
 
 
+def lay_picture(color: np.ndarray, alpha: np.ndarray, layer: np.ndarray) -> None:
+    """Lay a picture [H, W, 4], linear and premultiplied, over another: color [H, W, 3] with its alpha."""
+    seen = np.nonzero(layer[..., 3])
+    _mix(color, alpha, np.zeros_like(alpha), seen, layer[seen])
+
+
 def _boxes(corners: np.ndarray, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     """The pixels whose middles faces [F, 3, 2] may cover: the first [F, 2], how many [F, 2], x, y."""
     low = np.maximum(np.ceil(corners.min(1) - 0.5).astype(int), 0)
@@ -117,10 +123,7 @@ def _mix(
     seen: tuple[np.ndarray, ...],
     card: np.ndarray,
 ) -> None:
-    """Lay card texels [n, 4] over the pixels `seen`, each of which is named once.
-
-    What the photo knows of a solid pixel stays as it is: where it shows itself, it has its own hair.
-    """
+    """Lay card texels [n, 4] over the pixels `seen`, each of which is named once."""
     opacity = np.clip(card[:, 3], 0, 1)
     own, behind = card[:, :3] / np.maximum(opacity, 1e-6)[:, None], alpha[seen]
     through = behind * (1 - opacity)

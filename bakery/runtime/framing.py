@@ -8,6 +8,7 @@ from bakery.landmarks import CHIN
 from bakery.stages.condition import SIZE
 from bakery.types import Camera, Fit, HairMesh
 
+STEPS = 200  # towards the smallest ball: within a millimetre of it
 MARGIN = 1.06  # of the ball around the head, for lashes, lips that are pushed out and air
 
 
@@ -26,11 +27,26 @@ def head_ball(
     skin = head.part_vertices("skin")
     chin = head.landmarks(neutral)[CHIN, 1].min()
     dropped = head.vertices(neutral, weights({"jawOpen": 1.0}))
-    above = neutral[skin][neutral[skin, 1] > chin]
-    locks = np.zeros((0, 3)) if hair is None else hair.vertices
-    points = np.concatenate([above, head.landmarks(dropped)[CHIN], locks]).astype(np.float64)
+    points = np.concatenate(
+        [neutral[skin][neutral[skin, 1] > chin], head.landmarks(dropped)[CHIN]]
+    ).astype(np.float64)
     center = (points.min(0) + points.max(0)) / 2
+    if hair is not None and len(hair.vertices):
+        points = np.concatenate([points, hair.vertices])
+        center = _smallest(points, center)
     return center, float(np.linalg.norm(points - center, axis=1).max())
+
+
+def _smallest(points: np.ndarray, center: np.ndarray) -> np.ndarray:
+    """The middle [3] of a small ball around points [N, 3], as far aside as `center`: heads stay there.
+
+    References:
+        Badoiu and Clarkson, "Smaller core-sets for balls", SODA 2003.
+    """
+    for step in range(1, STEPS):
+        toward = points[((points - center) ** 2).sum(1).argmax()] - center
+        center = center + toward * [0, 1, 1] / (step + 1)
+    return center
 
 
 def head_camera(

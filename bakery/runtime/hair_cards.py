@@ -125,30 +125,36 @@ def paint_cap(
     color[mine] = here * cap_color(bilinear(hair.texture, uv[mine] * len(hair.texture)))
 
 
-def lay_hair_cards(
+def hair_layer(
     color: np.ndarray,
-    alpha: np.ndarray,
-    known: np.ndarray,
+    capped: np.ndarray,
     depth: np.ndarray,
     camera: Camera,
     pixels: np.ndarray,
     distance: np.ndarray,
     hair: HairCards,
     shine: np.ndarray,
-) -> None:
-    """Lay cards and fringe over a picture; see `cards.lay_faces`.
+) -> np.ndarray:
+    """Cap, cards and fringe as a picture of their own.
 
     Args:
+        color: [H, W, 3] float32 linear; capped: [H, W] bool, where it shows the cap.
+        depth: [H, W] mm of what is nearest, inf for nothing.
         pixels: [N, 2], distance: [N] mm in front of the camera: of the hair's vertices.
         shine: [N, 3] float32, as for `paint_cap`.
+
+    Returns:
+        [H, W, 4] float32 linear, premultiplied.
     """
+    own, alpha = color * capped[..., None], capped.astype(np.float32)
     order = hair.order(camera)
     corners = hair.cards[order]
     share = np.concatenate([shine, np.ones_like(shine[:, :1])], 1)[corners]
     lay_faces(
-        color, alpha, known, depth, pixels[corners], distance[corners],
+        own, alpha, np.zeros_like(alpha), depth, pixels[corners], distance[corners],
         hair.cards_uv[order].astype(np.float64), hair.texture, share,
     )  # fmt: skip
+    return np.dstack([own, alpha])
 
 
 def _none() -> HairCards:

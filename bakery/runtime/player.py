@@ -47,9 +47,10 @@ class Workspace:
     needed: np.ndarray  # [tiles] bool
     planes: np.ndarray  # [F, 9] float64
     marks: np.ndarray  # [h, w] bool
-    cards: np.ndarray  # [H n, W n, 4] float32: hair, lashes and tear line
+    cards: np.ndarray  # [H n, W n, 5] float32: hair, lashes and tear line
     color: np.ndarray  # [H, W, 4] float32: premultiplied colour, `Frame.face`
     alpha: np.ndarray  # [H, W] float32
+    hair: np.ndarray  # [H, W, 4] float32: `Frame.hair`
 
 
 class Player:
@@ -165,9 +166,10 @@ class Player:
             np.empty(fine, np.int32), np.empty(fine, np.float32), texels,
             np.zeros(len(self.squares), bool), np.empty(len(self.faces), bool),
             np.empty(len(self.squares), bool), np.empty((len(self.faces), 9)),
-            np.empty(self.mouths.shape[:2], bool), np.empty((*fine, 4), np.float32),
+            np.empty(self.mouths.shape[:2], bool), np.empty((*fine, 5), np.float32),
             np.empty((height, width, 4), np.float32),
             np.empty((height, width), np.float32),
+            np.empty((height, width, 4), np.float32),
         )  # fmt: skip
 
     def vertices(self, expression: np.ndarray, gaze: np.ndarray) -> np.ndarray:
@@ -187,6 +189,7 @@ class Player:
         gaze: np.ndarray,
         dynamic: bool = True,
         known: bool = True,
+        apart: bool = False,
     ) -> None:
         """Draw a frame into a workspace; see `render.draw`. `known` asks for `Frame.face` too."""
         expression = np.asarray(expression, np.float32)
@@ -230,22 +233,27 @@ class Player:
             pixels[self.card_vertices], inverse[self.card_vertices], SAMPLES, camera.height,
             camera.width,
         )  # fmt: skip
-        card_kernels.clear(work.cards, SAMPLES, over)
         topmost = self.hair.order(camera)[::-1]
+        ones = np.ones(len(topmost), np.float32)
+        locks = self.hair_faces[topmost], self.hair_corners[topmost], ones, self.hair_texture
         shown = card_weights(camera, self.avatar.fit.camera, expression)[self.card_sides]
-        for faces, corners, weights, texture in (  # hair hangs before lashes
-            (self.hair_faces[topmost], self.hair_corners[topmost],
-             np.ones(len(topmost), np.float32), self.hair_texture),
-            (self.card_faces[::-1], self.card_corners[::-1], shown[::-1], self.card_texture),
-        ):  # fmt: skip
-            card_kernels.lay_cards(
-                pixels, inverse, faces, corners, weights, texture, work.best, SAMPLES, over,
-                work.cards,
+        lashes = self.card_faces[::-1], self.card_corners[::-1], shown[::-1], self.card_texture
+        where = work.best, SAMPLES, over
+
+        def shade(hair: bool, color: np.ndarray, alpha: np.ndarray) -> None:
+            shading.shade(
+                work.face, box, SAMPLES, self.kind, work.planes, work.texels, self.places, known,
+                work.cards, over, hair, color, alpha,
             )  # fmt: skip
-        shading.shade(
-            work.face, box, SAMPLES, self.kind, work.planes, work.texels, self.places, known,
-            work.cards, over, work.color, work.alpha,
-        )  # fmt: skip
+
+        card_kernels.clear(work.cards, SAMPLES, over)
+        card_kernels.lay_cards(pixels, inverse, *locks, *where, True, work.cards)
+        if apart:
+            shade(True, work.hair, work.alpha)
+            work.hair[..., 3] = work.alpha
+            card_kernels.clear(work.cards, SAMPLES, over)
+        card_kernels.lay_cards(pixels, inverse, *lashes, *where, False, work.cards)  # behind hair
+        shade(False, work.color, work.alpha)
 
     def _mouth(self, seen: np.ndarray, expression: np.ndarray, out: np.ndarray) -> None:
         lips = self.lips_rest + np.tensordot(expression, self.lips_basis, 1)
@@ -262,11 +270,13 @@ class Player:
         expression: np.ndarray,
         gaze: np.ndarray,
         dynamic: bool = True,
+        apart: bool = False,
     ) -> Frame:
         """A `render.Frame`, with what the photo knows."""
-        self.draw_into(work, camera, expression, gaze, dynamic)
+        self.draw_into(work, camera, expression, gaze, dynamic, apart=apart)
         color = work.color.copy()
-        return Frame(color[..., :3], work.alpha.copy(), color[..., 3])
+        hair = work.hair.copy() if apart and len(self.hair.vertices) else None
+        return Frame(color[..., :3], work.alpha.copy(), color[..., 3], hair)
 
     def picture(
         self,

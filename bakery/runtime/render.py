@@ -13,7 +13,8 @@ from bakery.geometry.sample import bilinear, interpolate
 from bakery.heads.base import EYES, PARTS
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import face_texture, gaze_slide, lay_hair, nearest_gaze
-from bakery.runtime.hair_cards import hair_cards, lay_hair_cards, paint_cap
+from bakery.runtime.cards import lay_picture
+from bakery.runtime.hair_cards import hair_cards, hair_layer, paint_cap
 from bakery.runtime.lash_cards import card_weights, lay_cards
 from bakery.runtime.mouth import mouth_picture
 from bakery.runtime.relight import hair_shine, relit, skin_without
@@ -35,6 +36,8 @@ class Frame:
     color: np.ndarray  # [H, W, 3] float32 linear, premultiplied by alpha
     alpha: np.ndarray  # [H, W] float32: share of the pixel that the head covers
     face: np.ndarray  # [H, W] float32: share that shows skin the photo knows, eyes or mouth
+    # [H, W, 4] float32 linear, premultiplied: hair with volume, kept apart from the rest
+    hair: np.ndarray | None = None
 
 
 def draw(
@@ -46,6 +49,7 @@ def draw(
     dynamic: bool = True,
     hair: bool = True,
     light: np.ndarray | None = None,
+    apart: bool = False,
 ) -> Frame:
     """Draw a deformed avatar.
 
@@ -58,6 +62,7 @@ def draw(
         dynamic: False shows T_0 alone.
         hair: False leaves the hair out, layer and mesh.
         light: [9, 3] as `formats.light.read_light` gives it; None is the photo's own.
+        apart: whether hair with volume is left to `over_photo`, which lays it over the photo too.
 
     Returns:
         Frame.
@@ -113,21 +118,26 @@ def draw(
     paint_cap(color, found, count, uv, locks, shine)
 
     known = bilinear(paintable(textures), uv * skin.shape[0]) * hit
-    known = np.where(hit & (part != PARTS.index("skin")), 1, known).astype(np.float32)
+    known = np.where((part != PARTS.index("skin")) & (part != 255), 1, known).astype(np.float32)
+    capped = found.face >= count
+    known[capped] = 0
     hit = hit.astype(np.float32)
     layer = np.asarray(textures.hair, np.float32)
     shown = card_weights(camera, avatar.fit.camera, expression)
     lay_cards(color, hit, known, found.depth, head, pixels, distance, layer, shown)
-    lay_hair_cards(
-        color, hit, known, found.depth, camera, pixels[len(vertices) :], distance[len(vertices) :],
+    own = hair_layer(
+        color, capped, found.depth, camera, pixels[len(vertices) :], distance[len(vertices) :],
         locks, shine,
     )  # fmt: skip
+    if not apart:
+        lay_picture(color, hit, own)
+        known *= 1 - own[..., 3]
     size = (camera.width, camera.height)
-    color, alpha, face = (
+    color, alpha, face, own = (
         cv2.resize(layer.astype(np.float32), size, interpolation=cv2.INTER_AREA)
-        for layer in (color, hit, known)
+        for layer in (color, hit, known, own)
     )
-    return Frame(color, alpha, face)
+    return Frame(color, alpha, face, own if apart and len(locks.vertices) else None)
 
 
 def paintable(textures: Textures) -> np.ndarray:
@@ -187,7 +197,7 @@ def over_photo(
     surface it borders on, so that a jaw that drops leaves no second jaw behind.
 
     Args:
-        frame: drawn with the portrait's camera.
+        frame: drawn with the portrait's camera, hair with volume `apart`.
         vertices: [V, 3] mm as drawn.
         linear_photo: [H, W, 3].
         source: `in_photo(avatar)`, for those who draw many frames.
@@ -212,4 +222,6 @@ def over_photo(
     share = np.minimum(frame.alpha, frame.face)[..., None]
     own = frame.color / np.maximum(frame.alpha, 1e-3)[..., None]
     picture: np.ndarray = own * share + around * (1 - share)
+    if frame.hair is not None:
+        lay_picture(picture, np.ones_like(frame.alpha), frame.hair)
     return picture

@@ -13,7 +13,7 @@ LEAST_ALPHA = np.float32(FAINT)
 
 @jit
 def shade(
-    face: np.ndarray, box: tuple[int, int, int, int], samples: int, kind: np.ndarray, planes: np.ndarray, texels: np.ndarray, places: np.ndarray, whole: bool, cards: np.ndarray, over: tuple[int, int, int, int], out: np.ndarray, alpha: np.ndarray
+    face: np.ndarray, box: tuple[int, int, int, int], samples: int, kind: np.ndarray, planes: np.ndarray, texels: np.ndarray, places: np.ndarray, whole: bool, cards: np.ndarray, over: tuple[int, int, int, int], hair: bool, out: np.ndarray, alpha: np.ndarray
 ) -> None:  # fmt: skip
     """Colour the picture from what each of its samples sees, and average them.
 
@@ -25,7 +25,8 @@ def shade(
             16 bytes, which are read at once.
         places: [kinds, 3] int64: where each texture begins, its width and height.
         whole: whether the fourth channel is wanted.
-        cards: [H n, W n, 4] float32, as from `card_kernels.lay_cards`, inside the box `over`.
+        cards: [H n, W n, 5] float32, as from `card_kernels.lay_cards`, inside the box `over`.
+        hair: whether the cap and `cards` alone are coloured.
         out: [H, W, 4] float32, written: linear, premultiplied by alpha.
         alpha: [H, W] float32, written.
     """
@@ -42,11 +43,12 @@ def shade(
                     here, there = np.uint64(y), np.uint64(x)
                     f = face[here, there]
                     covered = near and cards[here, there, 3] < 1
-                    if f < 0:
+                    if f < 0 or (hair and kind[np.uint64(f)] != CAP):
                         if covered:
                             r, g, b, opacity = alone(cards[here, there])
                             red, green, blue = red + r, green + g, blue + b
-                            known, hits = known + opacity, hits + opacity * weigh
+                            known += cards[here, there, 4] - cards[here, there, 3]
+                            hits += opacity * weigh
                         continue
                     which = np.uint64(kind[np.uint64(f)])
                     start, width, height = places[which, 0], places[which, 1], places[which, 2]
@@ -73,10 +75,11 @@ def shade(
                     if covered:
                         r, g, b = under(cards[here, there], r, g, b)
                     red, green, blue = red + r, green + g, blue + b
-                    if whole and which >= TONGUE:
-                        known += np.float32(1)
-                    elif whole:
-                        known += (
+                    bare = cards[here, there, 4] if covered else np.float32(1)
+                    if whole and which == TONGUE:
+                        known += bare
+                    elif whole and which < TONGUE:
+                        known += bare * (
                             p * texels[i, 3]
                             + q * texels[j, 3]
                             + n * texels[k, 3]

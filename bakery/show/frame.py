@@ -229,19 +229,20 @@ def draw_scene(avatar: Avatar, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     background = scene.background
     if background is None:
         background = "photo" if own and scene.light is None else "gray"
-    if isinstance(background, str) and background == "photo" and not own:
+    over = isinstance(background, str) and background == "photo"
+    if over and not own:
         raise InputError("--background photo: the bundle keeps none; build it with --keep-photo")
     camera = _camera(avatar, scene)
     gaze = scene.gaze if scene.gaze is not None else gaze_of(scene.expression).mean(0)
     neutral = neutral_for(avatar.head, avatar.neutral, avatar.fit, scene.fit, scene.expression)
     vertices = avatar.head.vertices(neutral, scene.expression, gaze)
     seen = (avatar, vertices, camera, scene.expression, gaze, scene.dynamic)
-    frame = draw(*seen, scene.hair, scene.light)
+    frame = draw(*seen, scene.hair, scene.light, apart=over)
     face = np.minimum(frame.alpha, frame.face)
     if not isinstance(background, str):
         clear = _clear(frame, seen)
         return clear[..., :3] + (1 - clear[..., 3:]) * background, face
-    if background == "photo":
+    if over:
         portrait, photo = portrait_at(avatar, camera)
         return over_photo(portrait, frame, vertices, photo), face
     if background == "none":

@@ -70,3 +70,26 @@ def test_the_head_turns_to_its_left_and_up(noise_avatar):
     )
     assert left[0] > rest[0] + 5 > rest[0] - 5 > right[0]
     assert up[1] < rest[1] - 5 < rest[1] + 5 < down[1]
+
+
+@pytest.mark.parametrize("style", ["bob", "crop"])
+def test_hair_is_in_the_picture(noise_avatar, hairdo, style):
+    """From every side, and the head stays in the middle and about as large as it can be."""
+    head, neutral = noise_avatar.head, noise_avatar.neutral
+    hair = hairdo(head, neutral, style)
+    (center, radius), (_, bare) = head_ball(head, neutral, hair), head_ball(head, neutral)
+    apart = np.linalg.norm(hair.vertices - center, axis=1)
+    assert center[0] == pytest.approx(head_ball(head, neutral)[0][0]) and bare < radius
+    sides = [
+        (apart * (np.sign(hair.vertices[:, k] - center[k]) == s)).max()
+        for k in (1, 2)
+        for s in (-1, 1)
+    ]
+    assert min(sides) > 0.8 * radius  # a ball that could be moved would be too large
+    for yaw in range(-180, 180, 60):
+        for pitch in (-60, 0, 60):
+            camera = head_camera(noise_avatar.fit, head, neutral, yaw, pitch, SIDE, hair)
+            pixels = cameras.project(hair.vertices, camera)
+            assert pixels.min() > 0 and pixels.max() < SIDE
+            skin = cameras.project(head_points(noise_avatar, {}), camera)
+            assert skin.min() > 0 and skin.max() < SIDE

@@ -101,3 +101,26 @@ def test_what_a_frame_costs(made_up, hairdo, make_site, browser, serve, tmp_path
     with capsys.disabled():
         print("\n" + ", ".join(f"{name}: {1000 * time:.0f} ms" for name, time in spent.items()))
     assert spent["0"] < SLOWER * spent["none"]
+
+
+def test_levels_light_and_layers(dressed, hairy_site, browser, serve):
+    found = json.loads(browser("hair.mjs", serve(hairy_site.folder)))
+    assert found["desk"]["levels"] == [0, 1, 2] and found["phone"]["levels"] == [1, 2, 2]
+    desk = found["desk"]
+    assert desk["hasHair"] and desk["calls"] == 2 and desk["none"] is None
+    assert desk["hidden"] > 2000 and desk["again"] == 0
+    assert desk["inLayer"] is None  # of the skin
+    assert desk["inPhoto"] is not None
+    assert desk["dark"] < 0.75 * desk["bright"]  # encoded: 0.3 of the light
+
+
+def test_an_afro_is_in_the_pages_frame(made_up, hairdo, make_site, browser, serve, tmp_path):
+    """The page steps back for hair that stands out farther than the canvas has room."""
+    mesh = hairdo(made_up.head, made_up.neutral, "crop")
+    middle = mesh.vertices.mean(0)
+    wide = replace(mesh, vertices=(middle + 2.2 * (mesh.vertices - middle)).astype(np.float32))
+    site = make_site(
+        tmp_path, replace(made_up, textures=replace(made_up.textures, hair_mesh=wide)), WebOptions()
+    )
+    found = json.loads(browser("hair.mjs", serve(site.folder)))["desk"]
+    assert found["rim"] == 0, found

@@ -54,6 +54,8 @@ export interface Stats {
   uniformBytes: number;
   /** Of JavaScript. */
   milliseconds: number;
+  /** Level of detail of hair that has volume; null where none was drawn. */
+  hairLevel: number | null;
   /** Passes over the mouth sheet and the face texture; 0 when nothing changed. */
   medians: number;
   compositions: number;

@@ -100,7 +100,7 @@ export class Hair {
   levelFor(view) {
     const tall = (SKULL * view.focal) / -view.translation[2];
     const phone = globalThis.matchMedia?.('(pointer: coarse)').matches;
-    return ENOUGH.filter((least) => tall < least).length + Number(phone ?? false);
+    return Math.min(ENOUGH.filter((least) => tall < least).length + Number(phone ?? false), ENOUGH.length);
   }
 
   /** What stands for a level: itself, or the nearest finer one that shows anything. */

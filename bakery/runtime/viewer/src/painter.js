@@ -79,12 +79,12 @@ export class Painter {
     this.#exposure = meanShade(about.light, head, this.#toward);
     this.#blinks = ['Left', 'Right'].map((eye) => about.expressions.indexOf('eyeBlink' + eye));
     /** What the last frame cost. */
-    this.stats = { drawCalls: 0, uniformBytes: 0, milliseconds: 0, medians: 0, compositions: 0 };
+    this.stats = { drawCalls: 0, uniformBytes: 0, milliseconds: 0, medians: 0, compositions: 0, hairLevel: null };
   }
 
   /** Count a new frame. */
   start() {
-    Object.assign(this.stats, { drawCalls: 0, uniformBytes: 0, medians: 0, compositions: 0 });
+    Object.assign(this.stats, { drawCalls: 0, uniformBytes: 0, medians: 0, compositions: 0, hairLevel: null });
     const gl = this.#gl;
     gl.disable(gl.DEPTH_TEST);
     gl.disable(gl.BLEND);
@@ -305,6 +305,7 @@ export class Painter {
     if (kind === 'lit') this.#light(hair, options, false);
     const level = options.hairLevel ?? (exact ? 0 : this.#hair.levelFor(view));
     this.stats.drawCalls += this.#hair.draw(part, level, view.rotation);
+    this.stats.hairLevel = level;
     this.stats.uniformBytes += 128 + 16 + 8 + 256;
   }
 
