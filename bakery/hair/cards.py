@@ -13,7 +13,7 @@ from bakery.stages.segment import Segmentation
 from bakery.stages.texture.hair import Mattes
 from bakery.types import Fit, HairMesh, Photo
 
-BESIDE = 80  # share of the atlas over which the layer fades out beside the scalp
+BESIDE = 30  # share of the atlas over which the layer fades out beside the scalp
 
 
 class CardHair(HairLayer):
@@ -32,7 +32,7 @@ class CardHair(HairLayer):
         """See bakery.hair.base.Hair; what hangs before cheeks, ears and neck is left to the cards."""
         growth = atlas.paint(atlas.at(scalp(head)[:, None])[:, 0])
         near = cv2.GaussianBlur(growth, (0, 0), atlas.size / BESIDE)
-        kept = np.maximum(growth, smoothstep(0.02, 0.35, near)).astype(np.float32)
+        kept = np.maximum(growth, smoothstep(0.05, 0.3, near)).astype(np.float32)
         layer: np.ndarray = super().layer(linear, mattes, head, atlas, visibility)
         return layer * kept[..., None]
 

@@ -55,8 +55,9 @@ def make_hair(
 
 
 def _assembled(portrait, shell, ways, wisps, chin, size):
+    surface, inner = meshes.cap_surface(shell, portrait)
     fine, coarse = (
-        meshes.make_cap(shell, portrait, every) for every in (meshes.FINE, meshes.COARSE)
+        meshes.make_cap(shell, surface, inner, every) for every in (meshes.FINE, meshes.COARSE)
     )
     per_card = 2 * (KNOTS - 1)
     room = [
@@ -75,7 +76,9 @@ def _assembled(portrait, shell, ways, wisps, chin, size):
     )
     few = np.unique(spread)
     levels = (rank < room[0]) * 1 + (rank < room[1]) * 2
-    layout = atlases.pack(wisps.width, wisps.length, size)
+    shown = shell.chart.take(shell.seen, wisps.cells).mean(1)
+    dense = 0.75 + 0.6 * shown  # what the photo shows is told finer
+    layout = atlases.pack(wisps.width * dense, wisps.length * dense, size)
     painter = atlases.Painter(portrait, shell, ways)
     rows = float(
         max([part.cells[:, 1].max() for part in (fine, coarse) if len(part.cells)], default=1)
@@ -91,7 +94,7 @@ def _assembled(portrait, shell, ways, wisps, chin, size):
     off_scalp = 1 - shell.chart.take(shell.growth, wisps.cells).mean(1)
     fringe = (over > 0.5) & (off_scalp > 0.5)
     solid = np.where(fringe, 1.0, smoothed(off_scalp))
-    atlases.paint_cap(painter, size, rows, texture, direction, source)
+    atlases.paint_cap(painter, surface, size, rows, texture, direction, source)
     atlases.paint_cards(
         painter, layout, edges, cells, solid, wisps.length, texture, direction, along, source
     )

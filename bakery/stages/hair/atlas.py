@@ -11,14 +11,14 @@ from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
 from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, ROWS
-from bakery.stages.hair.mesh import CAP, body_depth
+from bakery.stages.hair.mesh import body_depth
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
 from bakery.stages.hair.shell import Shell
 from bakery.stages.hair.strands import KNOTS
 
 CAP_PART = 0.3  # of the atlas's height
 GUTTER = 2  # texels around each card
-STRAND = 0.9  # mm, width of the strands that are made up
+STRAND = 0.7  # mm, width of the strands that are made up
 SHADE = 0.8  # of what unseen hair is as bright as the hair around it
 OBSERVED, INFERRED = 1, 3
 
@@ -101,13 +101,18 @@ class Painter:
             np.float32
         )
         values = bilinear(dark, pixels)
-        wide = COLUMNS // 2
-        padded = np.pad(values, ((0, 0), (wide, wide), (0, 0)), "wrap")
-        on = diffuse(padded, np.pad(weight, ((0, 0), (wide, wide)), "wrap"))[:, wide:-wide]
-        if weight.sum() > 1:
-            middle = np.median(values[weight > 0.5], 0) if (weight > 0.5).any() else on.mean((0, 1))
-            far = 1 - smoothstep(0.0, 0.25, charts.smooth(weight.astype(float), 25.0))[..., None]
-            on = on + 0.6 * far * (middle - on)
+        wide, stretch = COLUMNS // 2, 3  # colours go on around the head rather than up and down
+        padded, known = (
+            np.repeat(
+                np.pad(p, ((0, 0), (wide, wide)) + ((0, 0),) * (p.ndim - 2), "wrap"), stretch, 0
+            )
+            for p in (values, weight)
+        )
+        on = diffuse(padded, known)[stretch // 2 :: stretch, wide:-wide]
+        if (weight > 0.5).any():
+            middle = np.median(values[weight > 0.5], 0)
+            far = 1 - smoothstep(0.0, 0.2, charts.smooth(weight.astype(float), 50.0))[..., None]
+            on = on + 0.5 * far * (middle - on)
         return charts.smooth(on.astype(float), 6.0)
 
     def _energy(self):
@@ -117,12 +122,13 @@ class Painter:
         inner = self.portrait.hair > 0.95
         return float(np.clip(np.std(fine[inner]), 0.05, 0.4)) if inner.sum() > 50 else 0.15
 
-    def color(self, points, cells, streak):
+    def color(self, points, cells, streak, skin=False):
         """What places look like.
 
         Args:
             points: [n, 3] mm; cells: [n, 2] of the chart.
             streak: [n] noise of unit variance, along strands.
+            skin: show the photo where it shows skin too, that nothing is seen of where hair ends.
 
         Returns:
             colours [n, 3] linear, share [n] that the photo shows, and alpha [n] that it leaves.
@@ -130,14 +136,21 @@ class Painter:
         portrait, shell = self.portrait, self.shell
         pixels, depth = portrait.pixels(points)
         inside = portrait.inside(pixels)
-        first = depth < at(self.nearest, pixels) + 9
+        thick = shell.chart.take(shell.radius - shell.base, cells)
+        first = depth < at(self.nearest, pixels) + 9 + 0.4 * thick
         slant = np.abs(self._cosine(points, cells))
-        shown = inside * first * smoothstep(0.05, 0.3, slant)
+        shown = inside * first * smoothstep(0.06, 0.25, slant)
         hair = bilinear(portrait.hair, pixels)
-        shown = shown * smoothstep(0.1, 0.5, hair)
+        picture = bilinear(portrait.color, pixels)
+        if skin:
+            bare = smoothstep(0.7, 0.3, hair) * (at(portrait.depth, pixels) < NOTHING)
+            picture = picture + bare[:, None] * (bilinear(portrait.linear, pixels) - picture)
+            shown = shown * np.maximum(smoothstep(0.1, 0.5, hair), bare)
+        else:
+            shown = shown * smoothstep(0.1, 0.5, hair)
         tone = shell.chart.take(self.tone, cells)
-        made = np.exp(tone + np.log(SHADE) + (self.energy * streak)[:, None])
-        color = made + shown[:, None] * (bilinear(portrait.color, pixels) - made)
+        made = np.exp(tone + np.log(SHADE) + (0.8 * self.energy * streak)[:, None])
+        color = made + shown[:, None] * (picture - made)
         before = smoothstep(6.0, 1.0, depth - body_depth(portrait, shell, pixels)) * inside
         return color, shown, 1 - before * (1 - hair)
 
@@ -228,7 +241,7 @@ def _streaks(card, across, t):
     fine = _smooth_hash(card, bent * 1.0, 1) + 0.5 * _smooth_hash(card, bent * 2.3, 2)
     slow = _smooth_hash(card, bent * 0.4 + 3 * t, 3)
     own = _hash(card, card * 0, card * 0 + 5)
-    noise = (fine - 0.75) * 3.0 + (slow - 0.5) * 1.2 + (own - 0.5) * 1.0
+    noise = (fine - 0.75) * 1.8 + (slow - 0.5) * 1.2 + (own - 0.5) * 1.0
     return noise, _smooth_hash(card, bent * 0.8, 4)
 
 
@@ -245,20 +258,20 @@ def _strand_alpha(card, s, across, t, ragged, solid):
     return ends * begins * sides * gaps
 
 
-def paint_cap(painter, size, rows, texture, direction, source):
+def paint_cap(painter, surface, size, rows, texture, direction, source):
     """Paint the cap's part of the atlas; `rows` of the chart are on it."""
     tall = int(CAP_PART * size)
     y, x = np.mgrid[:tall, :size]
     cells = np.stack([(x + 0.5) / size * COLUMNS, (y + 0.5) / tall * rows], -1).reshape(-1, 2)
     shell = painter.shell
-    points = shell.surface(cells, CAP)
+    points = shell.chart.place(cells, shell.chart.take(surface, cells))
     flow = shell.chart.take(painter.flow, cells)
     ahead, _ = shell.chart.cell(points + flow)
     step = (ahead - cells + COLUMNS / 2) % COLUMNS - COLUMNS / 2
     step[:, 1] = (ahead - cells)[:, 1]
     step = step * [size / COLUMNS, tall / rows]  # texels a mm
     noise = _drawn_out(step.reshape(tall, size, 2).astype(np.float32))
-    color, shown, _ = painter.color(points, cells, noise.reshape(-1))
+    color, shown, _ = painter.color(points, cells, noise.reshape(-1), skin=True)
     made = color * (0.75 + 0.25 * shown[:, None])
     texture[:tall, :, :3] = made.reshape(tall, size, 3)
     texture[:tall, :, 3] = 1

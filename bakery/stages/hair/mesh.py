@@ -2,20 +2,25 @@
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from bakery.geometry.fill import smoothstep
 from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
-from bakery.stages.hair.shell import Shell
+from bakery.stages.hair.shell import Shell, distance_inside
 from bakery.stages.hair.strands import KNOTS, Wisps
 
 CAP = 0.75  # share of the way from what hair lies on to where it ends
 LAYERS = {0.55: 0.86, 0.8: 0.95, 1.0: 1.03}  # the same for wisps, by their layer
 OVER = 1.5  # mm that wisps stand out farther: the photo cuts them to its outline
 UNDER = 2.5  # mm below the skin that the cap's border goes
+RETREAT = 9.0  # mm that the cap ends before the hair does
+RISE = 14.0  # mm over which it rises from its border
+ENDS = 5  # rows above the end of hanging hair at which its core ends
 FINE, COARSE = (2, 2), (4, 4)  # rows and columns of the chart between the cap's vertices
+FREE = 22  # rows below the equator from which all hair hangs
 HANGS = 16  # rows below the equator from which the cap has an inner side
 
 
@@ -32,8 +37,6 @@ def cap_share(shell: Shell, portrait: Portrait) -> np.ndarray:
     """How far out the cap goes: shares [ROWS, COLUMNS], nan where it must not be."""
     cells = charts.grid()
     size = 2 * max(int(1.2 * portrait.scale), 1) + 1
-    import cv2
-
     sure = cv2.erode((portrait.hair > 0.6).astype(np.uint8), np.ones((size, size), np.uint8)) > 0
     out = np.full((ROWS, COLUMNS), np.nan)
     for share in (0.0, 0.15, 0.3, 0.45, 0.6, CAP):
@@ -52,35 +55,80 @@ def body_depth(portrait: Portrait, shell: Shell, pixels: np.ndarray) -> np.ndarr
     return np.where(bare < NOTHING, bare, body)
 
 
-def make_cap(shell: Shell, portrait: Portrait, every: tuple[int, int]) -> Part:
-    """The cap, with a vertex at every so many rows and columns; its two ends meet with own vertices."""
+def cap_surface(shell: Shell, portrait: Portrait) -> tuple[np.ndarray, np.ndarray]:
+    """Where the cap lies and ends.
+
+    Returns:
+        distances [ROWS, COLUMNS] mm from the axis, and [ROWS, COLUMNS] mm from its border, below 0
+        where it is not.
+    """
+    cells = charts.grid()
+    share = cap_share(shell, portrait)
+    off = np.maximum(shell.radius, shell.base) - shell.chart.skull
+    hung = ((off > 12) & (cells[..., 1] > DOME + 4)) | (cells[..., 1] > DOME + FREE)
+    below = np.roll(shell.there, -ENDS, 0)
+    below[-ENDS:] = 0
+    there = np.where(hung, np.minimum(shell.there, below), shell.there) > 0.5
+    before = (shell.growth < 0.35) & _before_face(shell, portrait, cells)
+    inner = charts.smooth(distance_inside(there & ~np.isnan(share) & ~before), 4.0) - RETREAT
+    lowest = charts.smooth(cv2.erode(np.nan_to_num(share), np.ones((3, 3))), 4.0)
+    out = shell.base + lowest * (shell.radius - shell.base) * smoothstep(0, RISE, inner)
+    rim = np.where(hung, 0.0, UNDER) * smoothstep(4.0, -4.0, inner)
+    return out - rim, inner
+
+
+def make_cap(shell: Shell, surface: np.ndarray, inner: np.ndarray, every: tuple[int, int]) -> Part:
+    """The cap, with a vertex at every so many rows and columns; its two ends meet with own vertices.
+
+    Args:
+        surface, inner: of `cap_surface`.
+    """
     rows = np.arange(0, ROWS + 1, every[0])
     columns = np.arange(0, COLUMNS + 1, every[1])
     cells = np.stack(np.meshgrid(columns, rows), -1).astype(float)
-    share = cap_share(shell, portrait)
-    dead = np.isnan(share) & ((shell.growth < 0.5) | (shell.radius - shell.chart.skull > 25))
-    lowest = charts.smooth(np.nan_to_num(share), 4.0)
-    take = shell.chart.take
-    there, gone = take(shell.there, cells), take(dead.astype(float), cells)
-    before = (take(shell.growth, cells) < 0.35) & _before_face(shell, portrait, cells)
-    points = shell.surface(cells, take(np.minimum(lowest, np.nan_to_num(share)), cells))
-    sunk = shell.chart.place(cells, take(shell.chart.skull, cells) - UNDER)
-    out = np.where((there > 0.5)[..., None], points, sunk)
-    hung = take(shell.base - shell.chart.skull, cells) > 6
-    bad = (gone > 0.3) | before | ((there < 0.5) & hung)
-    width = len(columns)
-    index = np.arange(cells.shape[0] * width).reshape(cells.shape[:2])
+    index = np.arange(len(rows) * len(columns)).reshape(cells.shape[:2])
     a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
-    faces = np.stack([np.stack([a, d, c], -1), np.stack([a, c, b], -1)], -2).reshape(-1, 3)
-    flat = out.reshape(-1, 3)
-    some = (there.ravel() > 0.5)[faces].any(1) & ~bad.ravel()[faces].any(1)
-    area = np.linalg.norm(np.cross(flat[faces[:, 1]] - flat[faces[:, 0]],
-                                   flat[faces[:, 2]] - flat[faces[:, 0]]), axis=1)  # fmt: skip
-    faces = faces[some & (area > 0.05)]
-    low = cells.reshape(-1, 2)[:, 1] > DOME + HANGS
-    inner = faces[low[faces].all(1) & hung.ravel()[faces].any(1)][:, ::-1]
-    used, compact = np.unique(np.concatenate([faces, inner]), return_inverse=True)
-    return Part(flat[used], cells.reshape(-1, 2)[used], compact.reshape(-1, 3))
+    top = np.zeros_like(a, bool)
+    top[0] = True  # at the pole the upper edge of a cell is a point
+    faces = np.concatenate([np.stack([a, d, c], -1).reshape(-1, 3),
+                            np.stack([a, c, b], -1)[~top]])  # fmt: skip
+    cells, faces = _clipped(cells.reshape(-1, 2), shell.chart.take(inner, cells).reshape(-1), faces)
+    points = shell.chart.place(cells, shell.chart.take(surface, cells))
+    low = cells[:, 1] > DOME + HANGS
+    off = shell.chart.take(surface - shell.chart.skull, cells) > 6
+    inside = faces[low[faces].all(1) & off[faces].any(1)][:, ::-1]
+    return Part(points, cells, np.concatenate([faces, inside]))
+
+
+def _clipped(
+    cells: np.ndarray, value: np.ndarray, faces: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles cut where values [n] at their corners fall below 0: cells [m, 2], faces [k, 3]."""
+    above = value[faces] > 0
+    count = above.sum(1)
+    new, out = [cells], [faces[count == 3]]
+    total = len(cells)
+
+    def cut(inside, outside):
+        nonlocal total
+        t = value[inside] / (value[inside] - value[outside])
+        new.append(cells[inside] + t[:, None] * (cells[outside] - cells[inside]))
+        total += len(t)
+        return np.arange(total - len(t), total)
+
+    for number in (1, 2):  # of corners inside
+        some = faces[count == number]
+        lone = (above[count == number] == (number == 1)).argmax(1)
+        row = np.arange(len(some))
+        a, b, c = (some[row, (lone + k) % 3] for k in range(3))
+        if number == 1:
+            out.append(np.stack([a, cut(a, b), cut(a, c)], 1))
+        else:
+            at_b, at_c = cut(b, a), cut(c, a)
+            out += [np.stack([at_b, b, c], 1), np.stack([at_b, c, at_c], 1)]
+    every, kept = np.concatenate(new), np.concatenate(out)
+    used, compact = np.unique(kept, return_inverse=True)
+    return every[used], compact.reshape(-1, 3)
 
 
 def _before_face(shell: Shell, portrait: Portrait, cells: np.ndarray) -> np.ndarray:

@@ -17,6 +17,7 @@ FINE = 1.6  # pixels a millimetre at most
 ASIDE, ABOVE, BELOW = 190.0, 160.0, 330.0  # mm around the middle of the head that are looked at
 SPECK = 60.0  # mm2: smaller patches of hair are mistakes
 WISP = 5.0  # mm around the outline in which the photo says what is hair
+INNER, HALO = 0.8, 3.0  # mm from what is no hair, and from the backdrop: nearer, colours are mixed
 NOTHING = 1e5  # mm, depth where no head is
 
 
@@ -28,6 +29,7 @@ class Portrait:
     scale: float  # pixels a millimetre, at the head
     hair: np.ndarray  # float32 0..1, how much of a pixel is hair
     solid: np.ndarray  # bool, what the labels call hair
+    linear: np.ndarray  # [H, W, 3] float32, the photo
     color: np.ndarray  # [H, W, 3] float32 linear, hair continued beyond its outline
     behind: np.ndarray  # bool, background
     clothes: np.ndarray  # bool
@@ -98,6 +100,7 @@ def look(
     scale_mm = mm * scale
     solid = _large((regions == HAIR) & (labels != HAT), SPECK * scale_mm**2)
     hair = _matte(picture, solid, regions, scale_mm)
+    linear = to_linear(picture)
     points = cameras.to_camera(neutral, cut)
     faces = head.faces[head.part_faces("skin", "eye_left", "eye_right")]
     found = rasterize(
@@ -108,7 +111,8 @@ def look(
         cull=True,
     )
     return Portrait(
-        cut, scale_mm, hair, solid, _continued(to_linear(picture), hair, scale_mm),
+        cut, scale_mm, hair, solid, linear,
+        _continued(linear, hair, regions == BACKGROUND, scale_mm),
         regions == BACKGROUND, regions == CLOTHES, labels == EARS,
         warped(known, cv2.INTER_NEAREST) > 0,
         np.where(np.isfinite(found.depth), found.depth, NOTHING).astype(np.float32),
@@ -133,13 +137,13 @@ def _matte(picture, solid, regions, scale):
     return (trust * soft + (1 - trust) * plain).astype(np.float32)
 
 
-def _continued(linear, hair, scale):
+def _continued(linear, hair, backdrop, scale):
     """The hair's colours, continued over what is not hair: nothing of skin or backdrop bleeds in."""
-    size = 2 * max(int(0.8 * scale), 1) + 1
-    sure = cv2.erode((hair > 0.9).astype(np.uint8), np.ones((size, size), np.uint8))
+    off = cv2.distanceTransform((~backdrop).astype(np.uint8), cv2.DIST_L2, 3) / scale
+    inner = cv2.distanceTransform((hair > 0.9).astype(np.uint8), cv2.DIST_L2, 3) / scale
+    sure = (inner > INNER) & (off > HALO)
     if not sure.any():
-        sure = (hair > 0.5).astype(np.uint8)
-    weight = np.maximum(sure, np.clip(2 * hair - 1, 0, 1) ** 4 * 0.02).astype(np.float32)
-    spread = diffuse(linear, weight)
-    keep = cv2.GaussianBlur(sure.astype(np.float32), (0, 0), max(0.4 * scale, 0.3))[..., None]
+        sure = hair >= min(0.9, float(hair.max()))
+    spread = diffuse(linear, sure.astype(np.float32))
+    keep = cv2.GaussianBlur(sure.astype(np.float32), (0, 0), max(0.5 * scale, 0.3))[..., None]
     return (spread + keep * (linear - spread)).astype(np.float32)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from bakery.geometry import camera as cameras
@@ -19,6 +20,7 @@ GAP = 14.0  # mm of background after which no more hair belongs to the outline
 HANG = 0.12  # mm that hanging hair falls inwards a mm
 RISE = 22.0  # mm from the hairline over which hair rises to its height
 TALL = 45.0  # mm: what stands out farther is a knot, which the back does not have
+OFF = 18.0  # mm off the skin from which hair hangs
 PLAIN = 5.0  # mm that hair stands off an unseen skull at least
 
 
@@ -53,11 +55,14 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
     base = _hanging(base)
     radius = _radius(base, outline, hairy, eye, chart)
     there = seen = np.zeros((ROWS, COLUMNS))
+    # What hangs ends in the air; elsewhere, and beside the face, hair rises from the skin.
+    hung = radius - chart.skull > OFF
+    behind = np.cos(charts.azimuth() - _sides(chart, eye, 85.0)[2]) < 0.1
     for _ in range(2):
         there, seen = _presence(chart, portrait, cells, radius, growth, hairy, eye)
-        away = _distance(there > 0.5)
+        away = distance_inside(there > 0.5)
         rise = smoothstep(-2.0, RISE, away)
-        rise = np.where(cells[..., 1] > DOME + 4, np.maximum(rise, 0.75), rise)
+        rise = np.where(hung & behind, np.maximum(rise, 0.75), rise)
         lifted = _radius(base, outline, hairy, eye, chart)
         radius = base + LEAST + np.maximum(lifted - base - LEAST, 0) * charts.smooth(rise, 5.0)
     chin = head.landmarks(neutral)[152, 1]
@@ -236,10 +241,8 @@ def _closed(values):
     return windows.max(-1)
 
 
-def _distance(mask):
+def distance_inside(mask: np.ndarray) -> np.ndarray:
     """Distance [ROWS, COLUMNS] mm within a mask of cells from its border, less than 0 outside."""
-    import cv2
-
     wide = np.pad(mask, ((1, 0), (COLUMNS // 2, COLUMNS // 2)), "wrap").astype(np.uint8)
     wide[0] = wide[1].max()
     inner = cv2.distanceTransform(wide, cv2.DIST_L2, 3)
