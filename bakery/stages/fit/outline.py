@@ -37,20 +37,20 @@ STATISTICS = {
     "skull_height": (0.0, 6.0, -14, 14),
     "skull_depth": (0.0, 6.0, -14, 14),
     "jaw_width": (0.2, 3.5, -7, 8),
-    "neck_top": (8.7, 4.5, -8, 22),
-    "neck_low": (-2.3, 8.0, -14, 22),
-    "shoulder_drop": (24.9, 10.7, -10, 50),
+    "neck_width": (8.5, 4.6, -8, 22),
+    "neck_taper": (-4.0, 5.0, -10, 15),
+    "shoulder_drop": (24.0, 10.0, -10, 45),
     "shoulder_width": (8.2, 8.0, -15, 20),
-    "ear_size": (9.1, 5.5, -6, 18),
+    "ear_size": (9.5, 5.5, -6, 18),
     "ear_out": (4.2, 4.8, -8, 13),
     "ear_drop": (4.6, 3.3, -6, 10),
-    "ear_lobe": (0.7, 2.8, -4, 6),
+    "ear_lobe": (0.5, 2.8, -4, 6),
 }  # fmt: skip
 ALIKE = 0.9  # correlation of a person's two ears
 STEPS = 5
 PIXEL = 1.0  # mm at the face, of the picture in which outlines are compared
 SAMPLE = 2  # pixels between the points of an outline
-NOISE, PATCH = 2.5, 10.0  # mm, error of an outline, and length over which its errors are alike
+NOISE, PATCH = 1.8, 10.0  # mm, error of an outline, and length over which its errors are alike
 FAR = 5.0  # mm; errors beyond count in proportion, not squared
 THIN_HAIR = 4.0  # mm that hair stands off the skull's outline at least
 LEAST_EAR = 12  # pixels of an ear's edge before background; fewer are a guess
