@@ -12,9 +12,9 @@ from bakery.stages.fit.outline import population
 from bakery.stages.fit.warp import folded
 
 
-def people(count, seed=0):
+def people(head, count, seed=0):
     """Random outlines within the bounds."""
-    mean, covariance, low, high = population()
+    mean, covariance, low, high = population(head)
     drawn = np.random.default_rng(seed).multivariate_normal(mean, covariance, count)
     return np.clip(drawn, low, high)
 
@@ -25,7 +25,7 @@ def test_zero_changes_nothing(head):
 
 
 def test_nothing_moves_inside_the_face(head):
-    for outline in people(4):
+    for outline in people(head, 4):
         moved = outline_offsets(head, outline)
         assert not moved[head.landmark_vertices[:FACE]].any()
         others = head.part_vertices(*(part for part in PARTS if part != "skin"))
@@ -93,7 +93,7 @@ def test_the_skull_carries_an_ear_rigidly(head):
 
 def test_no_skin_folds(head):
     faces = head.faces[head.part_faces("skin")]
-    for outline in people(12):
+    for outline in people(head, 12):
         bad = folded(head.mean + outline_offsets(head, outline), faces, head.mean)
         # The groove between ear and skull, and slivers within the ear, may turn unseen.
         assert len(bad) < 25, outline

@@ -46,6 +46,7 @@ STATISTICS = {
     "ear_drop": (4.6, 3.3, -6, 10),
     "ear_lobe": (0.5, 2.8, -4, 6),
 }  # fmt: skip
+LEARNED_WITH = "makehuman"
 ALIKE = 0.9  # correlation of a person's two ears
 STEPS = 5
 PIXEL = 1.0  # mm at the face, of the picture in which outlines are compared
@@ -53,6 +54,7 @@ SAMPLE = 2  # pixels between the points of an outline
 NOISE, PATCH = 1.8, 10.0  # mm, error of an outline, and length over which its errors are alike
 FAR = 5.0  # mm; errors beyond count in proportion, not squared
 THIN_HAIR = 4.0  # mm that hair stands off the skull's outline at least
+FARTHEST = np.float32(80)  # pixels; nothing is looked for farther away
 LEAST_EAR = 12  # pixels of an ear's edge before background; fewer are a guess
 
 
@@ -66,15 +68,19 @@ class Seen:
     points: np.ndarray  # [L, 2] pixels, the landmarks
 
 
-def population() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Mean [O], covariance [O, O], lower and upper bounds [O] of people's outlines, mm."""
+def population(head: HeadModel) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Mean [O], covariance [O, O], lower and upper bounds [O] of people's outlines, mm.
+
+    How the mean head differs from people was learned of the built-in one; another is taken as it is.
+    """
     table = np.array([STATISTICS[name.rsplit("_left")[0].rsplit("_right")[0]] for name in NAMES])
     alike = np.eye(len(NAMES))
     for here, name in enumerate(NAMES):
         if name.endswith("_left"):
             there = NAMES.index(name.removesuffix("left") + "right")
             alike[here, there] = alike[there, here] = ALIKE
-    return table[:, 0], alike * np.outer(table[:, 1], table[:, 1]), table[:, 2], table[:, 3]
+    mean = table[:, 0] * (head.name == LEARNED_WITH)
+    return mean, alike * np.outer(table[:, 1], table[:, 1]), table[:, 2], table[:, 3]
 
 
 def fit_outline(head: HeadModel, photos: Sequence[Seen]) -> np.ndarray:
@@ -85,7 +91,7 @@ def fit_outline(head: HeadModel, photos: Sequence[Seen]) -> np.ndarray:
     Args:
         head: HeadModel; photos: of one person, at least one.
     """
-    mean, covariance, low, high = population()
+    mean, covariance, low, high = population(head)
     precision = np.linalg.inv(covariance)
     scenes = [_Scene(head, photo) for photo in photos]
     outline = mean.copy()
@@ -220,8 +226,8 @@ def _rim(mask):
 
 
 def _distance(mask):
-    """Pixels from each pixel of a mask to the nearest that is not of it; 0 outside."""
-    return cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 5)
+    """Pixels from each pixel of a mask to the nearest that is not of it, FARTHEST at most; 0 outside."""
+    return np.minimum(cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 5), FARTHEST)
 
 
 def _slope(values):
