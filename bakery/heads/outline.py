@@ -22,8 +22,8 @@ SHARED = (
     "skull_height",  # the top goes up
     "skull_depth",  # the back of the head goes back
     "jaw_width",  # the corners of the jaw, behind the contour of the landmarks, go out
-    "neck_top",  # the neck grows thicker below the jaw
-    "neck_low",  # the same further down
+    "neck_width",  # the neck grows thicker, sideways more than to its back
+    "neck_taper",  # the same of its lower half alone
     "shoulder_drop",  # the shoulders go down, the neck grows longer
     "shoulder_width",  # the shoulders go out
 )
@@ -76,13 +76,13 @@ def outline_basis(head: HeadModel) -> Outline:
     """The Outline of a head, computed once for all that share a mean."""
     skin = head.part_vertices("skin")
     places = head.mean[skin].astype(np.float64)
-    depth = outside_face(head, places)
-    depth[np.isin(skin, head.landmark_vertices[:FACE])] = 0  # a landmark lies between its corners
     root, relief = _membrane(head, skin, places)
+    free = ~np.isin(skin, head.landmark_vertices[:FACE])  # a landmark lies between its corners
+    depth, root_depth = (free * outside_face(head, points) for points in (places, root))
     fields = {}
     for name, field in _shared(head, root).items():
         soft = SKULL_SOFT if name.startswith(("skull", "crown")) else SOFT
-        fields[name] = field * smoothstep(0, soft, outside_face(head, root))[:, None]
+        fields[name] = field * smoothstep(0, soft, root_depth)[:, None]
     fields |= _ears(head, places, root, relief, smoothstep(0, EAR_SOFT, depth)[:, None])
     matrix = np.stack([fields[name] for name in NAMES]).astype(np.float32)
     moved = np.abs(matrix).max((0, 2)) > 1e-3
@@ -155,11 +155,14 @@ def _shared(head, root):
         return np.stack([dx, dy, dz], 1)
 
     aside = x / tragus[0]
-    trunk = along(np.clip(x / NECK, -1.2, 1.2), none, np.clip((z - corner[2] + 40) / NECK, -1, 0.5))
+    trunk = along(
+        np.clip(x / NECK, -1.2, 1.2), none, 0.4 * np.clip((z - corner[2] + 40) / NECK, -1, 0.5)
+    )
     gonion = np.exp(
         -((y - corner[1]) ** 2 + (z - corner[2] + 16) ** 2) / (2 * 13.0**2)
     ) * smoothstep(20, 45, np.abs(x))
     rise = smoothstep(corner[1] + 10, corner[1] - 25, y)
+    fall = smoothstep(chin - 85, chin - 42, y)
     fields = {
         "skull_width": along(aside * smoothstep(corner[1], tragus[1] + 5, y)),
         "crown_width": along(aside * smoothstep(top - 30, top + 25, y)),
@@ -168,9 +171,8 @@ def _shared(head, root):
             dz=-smoothstep(tragus[2], back, z) * smoothstep(corner[1] - 20, tragus[1] + 10, y)
         ),
         "jaw_width": along(np.sign(x) * gonion),
-        "neck_top": trunk * (rise * smoothstep(chin - 40, chin - 5, y))[:, None],
-        "neck_low": trunk
-        * (smoothstep(chin, chin - 32, y) * smoothstep(chin - 80, chin - 42, y))[:, None],
+        "neck_width": trunk * (rise * fall)[:, None],
+        "neck_taper": trunk * (smoothstep(chin, chin - 32, y) * fall)[:, None],
         "shoulder_drop": along(dy=-smoothstep(chin + 6, chin - 45, y)),
         "shoulder_width": along(np.clip(x / 75, -1.2, 1.2) * smoothstep(chin - 25, chin - 65, y)),
     }

@@ -9,7 +9,8 @@ from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 
 RADIUS = 85.0  # mm, of the cylinder around the mean head that is unrolled
-BROW, EYE, TOP = 293, 263, 10  # landmarks: end of the left brow, its outer eye corner, hairline
+# Landmarks: end of the left brow, its outer eye corner, hairline, before the left ear.
+BROW, EYE, TOP, TRAGUS = 293, 263, 10, 454
 SOFT = 5.0  # mm, of the hairline's blur
 MARGIN = 25.0  # mm that the chart goes on beyond both its ends, more than the blur reaches
 
@@ -61,14 +62,19 @@ def unrolled(head: HeadModel) -> Callable[[np.ndarray], np.ndarray]:
 def ear_box(head: HeadModel) -> tuple[float, float, float, float]:
     """The left ear on the unrolled head: nearest and farthest across, lowest and highest, mm.
 
-    Ears are what stands further out than the skull above them.
+    Ears are what stands further out than the skull above them; without any, the place behind the
+    landmark before the ear, as large as the built-in head's.
     """
     skin = head.mean[head.part_vertices("skin")]
     side = skin[(skin[:, 1] > -70) & (skin[:, 1] < 40)]
     tip = side[side[:, 0].argmax()]
     above = skin[(skin[:, 1] > tip[1] + 22) & (skin[:, 1] < tip[1] + 45)]
     ear = side[(side[:, 0] > above[:, 0].max() + 2.5) & (side[:, 2] < _axis(head) + 25)]
-    across, up = unrolled(head)(ear).T
+    unroll = unrolled(head)
+    if not len(ear):
+        across, up = unroll(head.landmarks(head.mean)[TRAGUS])
+        return across + 3, across + 32, up - 24, up + 27
+    across, up = unroll(ear).T
     return across.min(), across.max(), up.min(), up.max()
 
 

@@ -6,6 +6,7 @@ import pytest
 from bakery.errors import InputError
 from bakery.heads import ict
 from bakery.heads.base import PARTS
+from bakery.heads.outline import NAMES, outline_basis, outline_offsets
 from bakery.types import EXPRESSION_INDEX
 
 
@@ -63,3 +64,12 @@ def test_a_wrong_folder_says_so(tmp_path):
     (tmp_path / "x.npz").write_bytes(b"no")
     with pytest.raises(InputError, match="not a file of ICT"):
         ict.read(tmp_path / "x.npz")
+
+
+def test_its_ears_and_neck_can_be_fitted(head):
+    basis = outline_basis(head)
+    ears = head.mean[basis.ear > 0.5]
+    assert 50 < np.ptp(ears[:, 1]) < 75 and np.abs(ears[:, 0]).min() > 50
+    moved = outline_offsets(head, np.full(len(NAMES), 5.0))
+    assert not moved[head.landmark_vertices[:468]].any()
+    assert np.abs(moved).max() > 5

@@ -77,6 +77,31 @@ def fit(portraits, head, detector):
 
 
 @evaluate.command(cls=options.Command)
+@portraits
+@options.head
+@click.option(
+    "--set", "sets", multiple=True, default=["london/val"], show_default=True,
+    help="Folder of PORTRAITS; may be repeated.",
+)  # fmt: skip
+@click.option(
+    "--part", default="", help="What names of photos must hold; neutral ones of london if left out."
+)
+def outline(portraits, head, sets, part):
+    """Ears, neck, side of the face and head in the own photo, without and with the fitted outline."""
+    from bakery.evaluate import outline as outlines
+    from bakery.heads.file import load_head
+
+    model = load_head(head)
+    for start in sets:
+        rows = []
+        only = part or ("neutral" if start.startswith("london") else "")
+        for row in outlines.everybody(portraits, model, start, only):
+            _line(row)
+            rows.append(row)
+        _line({"set": start} | outlines.summary(rows))
+
+
+@evaluate.command(cls=options.Command)
 @click.argument("truth")
 @options.head
 @click.option("--count", default=20, show_default=True, type=click.IntRange(1))

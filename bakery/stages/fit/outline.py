@@ -37,22 +37,24 @@ STATISTICS = {
     "skull_height": (0.0, 6.0, -14, 14),
     "skull_depth": (0.0, 6.0, -14, 14),
     "jaw_width": (0.2, 3.5, -7, 8),
-    "neck_top": (8.7, 4.5, -8, 22),
-    "neck_low": (-2.3, 8.0, -14, 22),
-    "shoulder_drop": (24.9, 10.7, -10, 50),
+    "neck_width": (8.5, 4.6, -8, 22),
+    "neck_taper": (-4.0, 5.0, -10, 15),
+    "shoulder_drop": (24.0, 10.0, -10, 45),
     "shoulder_width": (8.2, 8.0, -15, 20),
-    "ear_size": (9.1, 5.5, -6, 18),
+    "ear_size": (9.5, 5.5, -6, 18),
     "ear_out": (4.2, 4.8, -8, 13),
     "ear_drop": (4.6, 3.3, -6, 10),
-    "ear_lobe": (0.7, 2.8, -4, 6),
+    "ear_lobe": (0.5, 2.8, -4, 6),
 }  # fmt: skip
+LEARNED_WITH = "makehuman"
 ALIKE = 0.9  # correlation of a person's two ears
 STEPS = 5
 PIXEL = 1.0  # mm at the face, of the picture in which outlines are compared
 SAMPLE = 2  # pixels between the points of an outline
-NOISE, PATCH = 2.5, 10.0  # mm, error of an outline, and length over which its errors are alike
+NOISE, PATCH = 1.8, 10.0  # mm, error of an outline, and length over which its errors are alike
 FAR = 5.0  # mm; errors beyond count in proportion, not squared
 THIN_HAIR = 4.0  # mm that hair stands off the skull's outline at least
+FARTHEST = np.float32(80)  # pixels; nothing is looked for farther away
 LEAST_EAR = 12  # pixels of an ear's edge before background; fewer are a guess
 
 
@@ -66,15 +68,19 @@ class Seen:
     points: np.ndarray  # [L, 2] pixels, the landmarks
 
 
-def population() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Mean [O], covariance [O, O], lower and upper bounds [O] of people's outlines, mm."""
+def population(head: HeadModel) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Mean [O], covariance [O, O], lower and upper bounds [O] of people's outlines, mm.
+
+    How the mean head differs from people was learned of the built-in one; another is taken as it is.
+    """
     table = np.array([STATISTICS[name.rsplit("_left")[0].rsplit("_right")[0]] for name in NAMES])
     alike = np.eye(len(NAMES))
     for here, name in enumerate(NAMES):
         if name.endswith("_left"):
             there = NAMES.index(name.removesuffix("left") + "right")
             alike[here, there] = alike[there, here] = ALIKE
-    return table[:, 0], alike * np.outer(table[:, 1], table[:, 1]), table[:, 2], table[:, 3]
+    mean = table[:, 0] * (head.name == LEARNED_WITH)
+    return mean, alike * np.outer(table[:, 1], table[:, 1]), table[:, 2], table[:, 3]
 
 
 def fit_outline(head: HeadModel, photos: Sequence[Seen]) -> np.ndarray:
@@ -85,7 +91,7 @@ def fit_outline(head: HeadModel, photos: Sequence[Seen]) -> np.ndarray:
     Args:
         head: HeadModel; photos: of one person, at least one.
     """
-    mean, covariance, low, high = population()
+    mean, covariance, low, high = population(head)
     precision = np.linalg.inv(covariance)
     scenes = [_Scene(head, photo) for photo in photos]
     outline = mean.copy()
@@ -220,8 +226,8 @@ def _rim(mask):
 
 
 def _distance(mask):
-    """Pixels from each pixel of a mask to the nearest that is not of it; 0 outside."""
-    return cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 5)
+    """Pixels from each pixel of a mask to the nearest that is not of it, FARTHEST at most; 0 outside."""
+    return np.minimum(cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 5), FARTHEST)
 
 
 def _slope(values):
