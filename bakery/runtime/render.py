@@ -125,19 +125,21 @@ def draw(
     layer = np.asarray(textures.hair, np.float32)
     shown = card_weights(camera, avatar.fit.camera, expression)
     lay_cards(color, hit, known, found.depth, head, pixels, distance, layer, shown)
-    own = hair_layer(
-        color, capped, found.depth, camera, pixels[len(vertices) :], distance[len(vertices) :],
-        locks, shine,
-    )  # fmt: skip
-    if not apart:
-        lay_picture(color, hit, own)
-        known *= 1 - own[..., 3]
+    planes = [color, hit, known]
+    if len(locks.vertices):
+        own = hair_layer(
+            color, capped, found.depth, camera, pixels[len(vertices) :],
+            distance[len(vertices) :], locks, shine,
+        )  # fmt: skip
+        if apart:
+            planes.append(own)
+        else:
+            lay_picture(color, hit, own)
+            known *= 1 - own[..., 3]
     size = (camera.width, camera.height)
-    color, alpha, face, own = (
-        cv2.resize(layer.astype(np.float32), size, interpolation=cv2.INTER_AREA)
-        for layer in (color, hit, known, own)
+    return Frame(
+        *(cv2.resize(x.astype(np.float32), size, interpolation=cv2.INTER_AREA) for x in planes)
     )
-    return Frame(color, alpha, face, own if apart and len(locks.vertices) else None)
 
 
 def paintable(textures: Textures) -> np.ndarray:

@@ -239,29 +239,30 @@ def draw_scene(avatar: Avatar, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     seen = (avatar, vertices, camera, scene.expression, gaze, scene.dynamic)
     frame = draw(*seen, scene.hair, scene.light, apart=over)
     face = np.minimum(frame.alpha, frame.face)
-    if not isinstance(background, str):
-        clear = _clear(frame, seen)
+    if frame.hair is not None:
+        face *= 1 - frame.hair[..., 3]
+    if not isinstance(background, str) or background == "none":
+        volume = scene.hair and avatar.textures.hair_mesh is not None
+        clear = _clear(frame, draw(*seen, hair=False) if volume else None)
+        if isinstance(background, str):
+            return clear, face
         return clear[..., :3] + (1 - clear[..., 3:]) * background, face
     if over:
         portrait, photo = portrait_at(avatar, camera)
         return over_photo(portrait, frame, vertices, photo), face
-    if background == "none":
-        return _clear(frame, seen), face
     return over_gray(frame), face
 
 
-def _clear(frame, seen):
+def _clear(frame, head=None):
     """The frame [H, W, 4] premultiplied, without holes.
 
     Between an eye's cap and its lid one looks into the empty head; gray stands there, as in other
     pictures, and nothing of what the head is laid over. What is seen between locks is no hole.
 
     Args:
-        frame: of the arguments `seen` of `render.draw`, with hair or without.
+        head: the Frame without hair that has volume; None if that is the same.
     """
-    volume = seen[0].textures.hair_mesh is not None
-    head = draw(*seen, hair=False) if volume else frame
-    hole = enclosed(head.alpha < 1) & (frame.alpha < 1)
+    hole = enclosed((frame if head is None else head).alpha < 1) & (frame.alpha < 1)
     color = np.where(hole[..., None], over_gray(frame), frame.color)
     return np.dstack([color, np.where(hole, 1, frame.alpha)])
 

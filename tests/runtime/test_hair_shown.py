@@ -73,6 +73,17 @@ def test_over_the_photo_hair_is_mixed_by_its_alpha(dressed, source):
         np.testing.assert_allclose(picture[rest], photo[rest], atol=5e-3)
 
 
+def test_the_mask_of_the_face_is_what_hair_leaves_of_it(dressed):
+    """Alike whether hair is laid over the head or, with it, over the photo."""
+    fit = dressed.fit
+    scene = Scene(fit.expression, fit.gaze, None, "photo", None, True)
+    masks = [draw_scene(dressed, replace(scene, background=kind))[1] for kind in ("photo", "gray")]
+    flat = replace(dressed, textures=replace(dressed.textures, hair_mesh=None))
+    bald = draw_scene(flat, scene)[1]
+    assert np.abs(masks[0] - masks[1]).mean() < 2e-3
+    assert all((mask <= bald + 1e-6).all() and mask.sum() < 0.9 * bald.sum() for mask in masks)
+
+
 def test_a_take_over_the_photo_keeps_the_hair(dressed, short_take):
     """As `render --view photo`: the fast player's hair is laid over the photo too."""
     settings = RenderSettings(view="photo", size=200, rate=None, first=0, last=None, dynamic=True,
