@@ -275,4 +275,4 @@ def distance_inside(mask: np.ndarray) -> np.ndarray:
     inner = cv2.distanceTransform(wide, cv2.DIST_L2, 3)
     outer = cv2.distanceTransform(1 - wide, cv2.DIST_L2, 3)
     away = (inner - outer)[1:, COLUMNS // 2 : -COLUMNS // 2]
-    return away * STEP
+    return np.clip(away, -1000.0, 1000.0) * STEP  # rows; none of it may be beside a mask
