@@ -21,6 +21,7 @@ COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of th
     "fit": ("fit", "Fit the head model to photos."),
     "texture": ("texture", "Paint the textures of one fit."),
     "albedo": ("texture", "Unwrap the skin without light and highlights."),
+    "hair": ("hair", "Make the hair of a portrait, alone."),
     "mask": ("texture", "Draw the activation masks of a head model."),
     "bundle": ("bundle", "Pack fit, textures and masks into a bundle."),
     "inspect": ("inspect", "Say what a bundle holds."),

@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from bakery.geometry.color import to_encoded
 from bakery.heads.base import HeadModel
 from bakery.landmarks import CHIN
 from bakery.stages.hair import atlas as atlases
 from bakery.stages.hair import mesh as meshes
 from bakery.stages.hair.directions import flow
-from bakery.stages.hair.portrait import NOTHING, at, look
+from bakery.stages.hair.portrait import NOTHING, Portrait, at, look
 from bakery.stages.hair.shell import make_shell
 from bakery.stages.hair.strands import KNOTS, Wisps, grow
 from bakery.stages.segment import Segmentation
@@ -18,6 +19,7 @@ LEAST = 400.0  # mm2 of hair in the photo, below which there is none
 CARDS = 320
 WIDTH = 14.0  # mm
 LONGEST, SHORT = 130.0, 48.0  # mm, wisps of long and of short hair
+STUBBLE, SHAVED = 9.0, 0.22  # mm, distance of sRGB colours: shorter and more alike is no volume
 COARSE = 60  # cards of the coarsest level
 WIDER = 2.0  # times the width that they have there
 
@@ -30,7 +32,7 @@ def make_hair(
     neutral: np.ndarray,
     size: int = SIZE,
 ) -> HairMesh | None:
-    """The hair of a portrait as a mesh; None where the photo shows none.
+    """The hair of a portrait as a mesh; None where the photo shows none, or a shaved head.
 
     Args:
         encoded: [H, W, 3] float32 sRGB-encoded photo.
@@ -49,9 +51,20 @@ def make_hair(
     ways, _ = flow(portrait, shell)
     chin = float(head.landmarks(neutral)[CHIN, 1].mean())
     thick = np.percentile((shell.radius - shell.base)[shell.there > 0.5], 80)
+    if thick < STUBBLE and _like_skin(portrait):
+        return None
     long = shell.below > -10 or thick > 25
     wisps = grow(shell, ways, CARDS, WIDTH, LONGEST if long else SHORT)
     return _assembled(portrait, shell, ways, wisps, chin, size)
+
+
+def _like_skin(portrait: Portrait) -> bool:
+    """Whether what is labelled hair has the colour of skin: a shaved head."""
+    hair, skin = (portrait.linear[where] for where in (portrait.solid, portrait.skin))
+    if not len(skin):
+        return False
+    apart = to_encoded(np.median(hair, 0)) - to_encoded(np.median(skin, 0))
+    return bool(np.linalg.norm(apart) < SHAVED)
 
 
 def _assembled(portrait, shell, ways, wisps, chin, size):

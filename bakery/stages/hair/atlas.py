@@ -19,7 +19,8 @@ from bakery.stages.hair.strands import KNOTS
 CAP_PART = 0.3  # of the atlas's height
 GUTTER = 2  # texels around each card
 STRAND = 0.7  # mm, width of the strands that are made up
-SHADE = 0.8  # of what unseen hair is as bright as the hair around it
+SHADE = 0.9  # of what unseen hair is as bright as the hair around it
+INNER_SIDE = 0.35  # how much of the photo shows on hair that it sees from within, in the dark
 OBSERVED, INFERRED = 1, 3
 
 
@@ -138,12 +139,13 @@ class Painter:
         inside = portrait.inside(pixels)
         thick = shell.chart.take(shell.radius - shell.base, cells)
         first = depth < at(self.nearest, pixels) + 9 + 0.4 * thick
-        slant = np.abs(self._cosine(points, cells))
-        shown = inside * first * smoothstep(0.06, 0.25, slant)
+        slant = self._cosine(points, cells)
+        shown = inside * first * smoothstep(0.06, 0.25, np.abs(slant))
+        shown = shown * np.where(slant < 0, INNER_SIDE, 1.0)
         hair = bilinear(portrait.hair, pixels)
         picture = bilinear(portrait.color, pixels)
         if skin:
-            bare = smoothstep(0.7, 0.3, hair) * (at(portrait.depth, pixels) < NOTHING)
+            bare = smoothstep(0.7, 0.3, hair) * at(portrait.skin, pixels)
             picture = picture + bare[:, None] * (bilinear(portrait.linear, pixels) - picture)
             shown = shown * np.maximum(smoothstep(0.1, 0.5, hair), bare)
         else:
@@ -204,7 +206,7 @@ def paint_cards(painter, layout, edges, cells, solid, length, texture, direction
     color, shown, left = painter.color(points, place, streak)
     alpha = _strand_alpha(card, s, across, t, ragged, solid[card])
     alpha *= left
-    alpha *= smoothstep(0.2, 0.6, painter.shell.chart.take(painter.shell.there, place))
+    alpha *= smoothstep(0.35, 0.65, painter.shell.chart.take(painter.shell.there, place))
     row, column = layout.top[card] + y, layout.left[card] + x
     texture[row, column, :3] = color * alpha[:, None]
     texture[row, column, 3] = alpha
@@ -246,7 +248,7 @@ def _streaks(card, across, t):
 
 
 def _strand_alpha(card, s, across, t, ragged, solid):
-    tip = 1 - 0.45 * ragged
+    tip = 1 - 0.3 * ragged
     ends = smoothstep(0.0, 0.12, tip - t)
     begins = smoothstep(0.0, 0.05, t - 0.12 * _smooth_hash(card, across * 1.3, 6))
     edge = np.abs(2 * s - 1)
@@ -272,7 +274,7 @@ def paint_cap(painter, surface, size, rows, texture, direction, source):
     step = step * [size / COLUMNS, tall / rows]  # texels a mm
     noise = _drawn_out(step.reshape(tall, size, 2).astype(np.float32))
     color, shown, _ = painter.color(points, cells, noise.reshape(-1), skin=True)
-    made = color * (0.75 + 0.25 * shown[:, None])
+    made = color * (0.85 + 0.15 * shown[:, None])
     texture[:tall, :, :3] = made.reshape(tall, size, 3)
     texture[:tall, :, 3] = 1
     unit = step / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-6)

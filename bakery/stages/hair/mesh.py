@@ -159,7 +159,9 @@ def ribbons(shell: Shell, wisps: Wisps, wider: float = 1.0) -> tuple[np.ndarray,
         outward = edge - shell.chart.center
         outward[..., 1] *= at_[..., 1] < DOME
         outward /= np.maximum(np.linalg.norm(outward, axis=-1, keepdims=True), 1e-6)
-        edges.append(edge + outward * OVER * smoothstep(0, 0.35, t)[:, None])
+        thick = shell.chart.take(shell.radius - shell.base, at_)
+        over = OVER * smoothstep(2, 9, thick) * smoothstep(0, 0.35, t)
+        edges.append(edge + outward * over[..., None])
         cells.append(at_)
     return np.stack(edges, 2), np.stack(cells, 2)
 

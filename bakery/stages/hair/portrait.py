@@ -7,16 +7,20 @@ import numpy as np
 
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_linear
-from bakery.geometry.fill import diffuse
+from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
 from bakery.geometry.raster import rasterize
 from bakery.heads.base import HeadModel
-from bakery.stages.segment import BACKGROUND, CLOTHES, EARS, HAIR, HAT, Segmentation
+from bakery.stages.segment import BACKGROUND, CLOTHES, EARS, HAIR, HAT, SKIN, Segmentation
 from bakery.types import Camera, Fit
 
 FINE = 1.6  # pixels a millimetre at most
 ASIDE, ABOVE, BELOW = 190.0, 160.0, 330.0  # mm around the middle of the head that are looked at
-SPECK = 60.0  # mm2: smaller patches of hair are mistakes
+SPECK = 60.0, 0.08  # mm2, share of all hair: smaller patches of hair are mistakes
 WISP = 5.0  # mm around the outline in which the photo says what is hair
+THIN = 13.0  # mm, half of the width of what may be a bald top's rim
+SKINNY = 0.17  # distance of sRGB colours below which it is bare
+UNLIKE = 0.35  # distance of sRGB colours of two patches that are not both hair
+POCKETS = 18.0, 45.0  # mm from the backdrop, above and below the eyes: how far it is seen in hair
 INNER, HALO = 0.8, 3.0  # mm from what is no hair, and from the backdrop: nearer, colours are mixed
 NOTHING = 1e5  # mm, depth where no head is
 
@@ -33,6 +37,7 @@ class Portrait:
     color: np.ndarray  # [H, W, 3] float32 linear, hair continued beyond its outline
     behind: np.ndarray  # bool, background
     clothes: np.ndarray  # bool
+    skin: np.ndarray  # bool, ears and neck too
     ears: np.ndarray  # bool
     known: np.ndarray  # bool, inside the photo and where it was labelled
     depth: np.ndarray  # float32 mm to the bare head, NOTHING where it is not
@@ -98,8 +103,12 @@ def look(
         known[: rows[-1] + 1] = 1
     picture = np.clip(warped(np.ascontiguousarray(encoded, np.float32)), 0, 1)
     scale_mm = mm * scale
-    solid = _large((regions == HAIR) & (labels != HAT), SPECK * scale_mm**2)
+    solid = (regions == HAIR) & (labels != HAT)
+    solid &= ~_bare(picture, solid, regions == SKIN, scale_mm)
+    solid = _patches(picture, solid, scale_mm)
+    level = float(cameras.project(np.zeros(3), cut)[1])
     hair = _matte(picture, solid, regions, scale_mm)
+    hair = hair * _unlike_backdrop(picture, hair, regions == BACKGROUND, level, scale_mm)
     linear = to_linear(picture)
     points = cameras.to_camera(neutral, cut)
     faces = head.faces[head.part_faces("skin", "eye_left", "eye_right")]
@@ -113,15 +122,35 @@ def look(
     return Portrait(
         cut, scale_mm, hair, solid, linear,
         _continued(linear, hair, regions == BACKGROUND, scale_mm),
-        regions == BACKGROUND, regions == CLOTHES, labels == EARS,
+        regions == BACKGROUND, regions == CLOTHES, regions == SKIN, labels == EARS,
         warped(known, cv2.INTER_NEAREST) > 0,
         np.where(np.isfinite(found.depth), found.depth, NOTHING).astype(np.float32),
     )  # fmt: skip
 
 
-def _large(mask, area):
-    _, number, found, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
-    return mask & (found[:, cv2.CC_STAT_AREA] > area)[number]
+def _patches(picture, solid, scale):
+    """The patches of hair [H, W] that are large, and like the largest: a collar is neither."""
+    count, number, found, _ = cv2.connectedComponentsWithStats(solid.astype(np.uint8))
+    area = found[:, cv2.CC_STAT_AREA] * (np.arange(count) > 0)
+    kept = area > max(SPECK[0] * scale**2, SPECK[1] * solid.sum())
+    main = np.median(picture[number == area.argmax()], 0) if area.any() else np.zeros(3)
+    for patch in np.flatnonzero(kept):
+        unlike = np.linalg.norm(np.median(picture[number == patch], 0) - main) > UNLIKE
+        kept[patch] = not (unlike and area[patch] < 0.3 * area.max())
+    return kept[number]
+
+
+def _bare(picture, solid, skin, scale):
+    """Thin rims [H, W] of what is labelled hair and has the colour of the skin beside it: bald tops."""
+    if not skin.any() or not solid.any():
+        return np.zeros_like(solid)
+    size = 2 * max(int(THIN * scale), 1) + 1
+    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    thin = solid & (cv2.morphologyEx(solid.astype(np.uint8), cv2.MORPH_OPEN, disk) == 0)
+    core = cv2.erode(skin.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(np.float32)
+    off = np.linalg.norm(picture - diffuse(picture, core), axis=-1)
+    off = normalized_blur(off.astype(np.float32), solid.astype(np.float32), 4 * scale)
+    return thin & (off < SKINNY)
 
 
 def _matte(picture, solid, regions, scale):
@@ -135,6 +164,28 @@ def _matte(picture, solid, regions, scale):
     trust = np.clip(2 * backdrop, 0, 1)
     plain = cv2.GaussianBlur(mask, (0, 0), max(0.6 * scale, 0.3))
     return (trust * soft + (1 - trust) * plain).astype(np.float32)
+
+
+def _unlike_backdrop(picture, hair, backdrop, level, scale):
+    """How surely a pixel [H, W] is not the backdrop that shows between strands, 0..1.
+
+    Args:
+        level: row of the eyes; below it strands hang apart.
+    """
+    off = cv2.distanceTransform((~backdrop).astype(np.uint8), cv2.DIST_L2, 3) / scale
+    rows = np.arange(len(hair))[:, None]
+    upper = (hair > 0.9) & (off > 0.6 * POCKETS[0]) & (rows < level)
+    inner = upper if upper.any() else (hair > 0.9) & (off > 0.6 * POCKETS[0])
+    if not backdrop.any() or not inner.any():
+        return np.ones_like(hair)
+    far = cv2.erode(backdrop.astype(np.uint8), np.ones((5, 5), np.uint8))
+    behind = diffuse(picture, far.astype(np.float32))
+    way = np.median(picture[inner], 0) - behind
+    length = (way**2).sum(-1)
+    share = ((picture - behind) * way).sum(-1) / np.maximum(length, 1e-6)
+    reach = np.where(rows < level, *POCKETS)
+    apart = smoothstep(0.15, 0.3, np.sqrt(length)) * smoothstep(0, 0.3, 1 - off / reach)
+    return (1 - apart * smoothstep(0.6, 0.25, share)).astype(np.float32)
 
 
 def _continued(linear, hair, backdrop, scale):

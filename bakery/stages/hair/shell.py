@@ -10,16 +10,19 @@ from bakery.geometry.fill import smoothstep
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.heads.scalp import scalp
+from bakery.landmarks import CHIN
 from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS, STEP, Chart
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
 
 REACH = 130.0  # mm beyond the skull that hair is looked for
-LEAST = 2.0  # mm that hair stands off the skin
+LEAST = 1.2  # mm that hair stands off the skin
 GAP = 14.0  # mm of background after which no more hair belongs to the outline
 HANG = 0.12  # mm that hanging hair falls inwards a mm
 RISE = 22.0  # mm from the hairline over which hair rises to its height
 TALL = 45.0  # mm: what stands out farther is a knot, which the back does not have
+EAR_SEEN = 90.0  # mm2 of an ear in the photo, from which hair hangs behind it
+SIDE = 60.0, 74.0  # degrees from the camera: what hangs beside the face is farther round
 OFF = 18.0  # mm off the skin from which hair hangs
 PLAIN = 5.0  # mm that hair stands off an unseen skull at least
 
@@ -50,22 +53,28 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
     cells = charts.grid()
     growth = _growth(chart, head, neutral)
     eye = cameras.position(portrait.camera)
-    base = _base(chart, portrait, cells)
+    base, covered = _base(chart, portrait)
+    ear = cv2.dilate((chart.ears - chart.skull > 3).astype(np.uint8), np.ones((3, 3))) > 0
+    ear &= (cells[..., 1] > DOME - 8) & (cells[..., 1] < DOME + 24)
+    for side, under in zip((charts.azimuth() < 0, charts.azimuth() > 0), covered):
+        growth = np.where(ear & side & under, 1.0, growth)  # hair over an ear is as good as scalp
     outline, hairy, cut = _outline(chart, portrait, base, eye)
     base = _hanging(base)
     radius = _radius(base, outline, hairy, eye, chart)
+    chin = float(head.landmarks(neutral)[CHIN, 1].mean())
     there = seen = np.zeros((ROWS, COLUMNS))
     # What hangs ends in the air; elsewhere, and beside the face, hair rises from the skin.
     hung = radius - chart.skull > OFF
     behind = np.cos(charts.azimuth() - _sides(chart, eye, 85.0)[2]) < 0.1
     for _ in range(2):
-        there, seen = _presence(chart, portrait, cells, radius, growth, hairy, eye)
+        there, seen = _presence(
+            chart, portrait, cells, base, radius, growth, hairy, eye, covered, chin - 25
+        )
         away = distance_inside(there > 0.5)
         rise = smoothstep(-2.0, RISE, away)
         rise = np.where(hung & behind, np.maximum(rise, 0.75), rise)
         lifted = _radius(base, outline, hairy, eye, chart)
         radius = base + LEAST + np.maximum(lifted - base - LEAST, 0) * charts.smooth(rise, 5.0)
-    chin = head.landmarks(neutral)[152, 1]
     rows = np.flatnonzero((there > 0.5).any(1))
     lowest = charts.EQUATOR - (rows[-1] + 1 - DOME) * STEP if len(rows) else charts.EQUATOR
     top = float((radius - chart.skull)[: DOME // 3][there[: DOME // 3] > 0.5].max(initial=0.0))
@@ -85,17 +94,20 @@ def _growth(chart: Chart, head: HeadModel, neutral: np.ndarray) -> np.ndarray:
     return np.where(charts.smooth(count, 7.0) > 1e-3, near, 0)
 
 
-def _base(chart: Chart, portrait: Portrait, cells: np.ndarray) -> np.ndarray:
-    """The skull, with the ear of a side whose ear is under hair."""
-    points = chart.place(cells, chart.ears)
-    pixels, depth = portrait.pixels(points)
-    ear = (chart.ears - chart.skull > 5) & (cells[..., 1] > DOME - 8) & (cells[..., 1] < DOME + 22)
+def _base(chart: Chart, portrait: Portrait) -> tuple[np.ndarray, tuple[bool, bool]]:
+    """The skull, with the ear of a side whose ear is under hair, and which (right, left) ones are."""
     out = chart.skull.copy()
-    for side in (charts.azimuth() < 0, charts.azimuth() > 0):
-        mine = ear & side & (depth < at(portrait.depth, pixels) + 25)
-        if mine.any() and at(portrait.solid, pixels[mine]).mean() > 0.6:
-            out[:, side] = chart.ears[:, side]
-    return charts.smooth(out, 3.0)
+    wide = cv2.dilate(chart.ears.astype(np.float32), np.ones((3, 3))) + 2
+    ends = chart.center + np.array([[-75.0, -20, 0], [75.0, -20, 0]])
+    right, left = portrait.pixels(ends)[0][:, 0]
+    seen = np.flatnonzero(portrait.ears.any(0))
+    of_left = np.abs(seen - left) < np.abs(seen - right)
+    area = portrait.ears.sum(0)[seen] / portrait.scale**2
+    covered = area[~of_left].sum() < EAR_SEEN, area[of_left].sum() < EAR_SEEN
+    for side, under in zip((charts.azimuth() < 0, charts.azimuth() > 0), covered):
+        if under:
+            out[:, side] = wide[:, side]
+    return charts.smooth(out, 3.0), (bool(covered[0]), bool(covered[1]))
 
 
 def _hanging(base: np.ndarray) -> np.ndarray:
@@ -187,7 +199,7 @@ def _radius(base, outline, hairy, eye, chart):
     return np.maximum(charts.smooth(base + offset, 5.0), chart.skull + LEAST)
 
 
-def _presence(chart, portrait, cells, radius, growth, hairy, eye):
+def _presence(chart, portrait, cells, base, radius, growth, hairy, eye, covered, low):
     """Whether hair is in each cell, and whether the photo says so."""
     points = chart.place(cells, radius)
     pixels, depth = portrait.pixels(points)
@@ -203,6 +215,11 @@ def _presence(chart, portrait, cells, radius, growth, hairy, eye):
     photo = bilinear(portrait.hair, pixels)
     before = (depth < at(portrait.depth, pixels) + 6) | (photo > 0.5)  # the fitted head may err
     seen = smoothstep(-0.02, 0.2, cosine) * inside * before
+    # Below an ear that is seen, hair hangs behind it.
+    aside = smoothstep(SIDE[0], SIDE[1], np.abs((np.degrees(turn) + 180) % 360 - 180))
+    open_ear = np.where(np.sin(turn) > 0, not covered[1], not covered[0])
+    level = (cells[..., 1] > DOME + 10) & (points[..., 1] > low) & open_ear
+    photo = np.where(level, photo * aside, photo)
     left_share = (0.5 + 0.5 * np.sin(turn))[None]
     towards = np.abs(2 * left_share - 1)
     row = np.arange(ROWS)
@@ -222,10 +239,20 @@ def _presence(chart, portrait, cells, radius, growth, hairy, eye):
         curtain[k] = np.maximum(curtain[k], curtain[k + 1] * (np.cos(turn) < 0.1))
     hidden = np.maximum(scalp_, curtain)
     # What hangs behind neck and shoulders ends where background shows in its place.
-    through = inside & at(portrait.behind, pixels) & (portrait_clear(portrait, pixels))
-    hidden = np.where(through & (photo < 0.3), 0, hidden)
+    gone = np.ones(hidden.shape, bool)
+    for distance in (base, radius):
+        behind, _ = portrait.pixels(chart.place(cells, distance))
+        through = portrait.inside(behind) & at(portrait.behind, behind)
+        gone &= through & portrait_clear(portrait, behind)
+        gone &= bilinear(portrait.hair, behind) < 0.3
+    hidden = np.where(gone, 0, hidden)
     there = seen * photo + (1 - seen) * hidden
-    return charts.smooth(there, 2.5), seen
+    # Between what the photo shows and what it does not, there is no gap.
+    wide = np.pad(there.astype(np.float32), ((0, 0), (8, 8)), "wrap")
+    closed = cv2.morphologyEx(wide, cv2.MORPH_CLOSE, np.ones((5, 7), np.uint8))[:, 8:-8]
+    bare = (seen * (1 - photo) > 0.5) | gone
+    there = np.where(bare, there, np.maximum(there, closed))
+    return np.clip(charts.smooth(there, 2.5), 0, 1), seen
 
 
 def portrait_clear(portrait: Portrait, pixels: np.ndarray) -> np.ndarray:
@@ -248,4 +275,4 @@ def distance_inside(mask: np.ndarray) -> np.ndarray:
     inner = cv2.distanceTransform(wide, cv2.DIST_L2, 3)
     outer = cv2.distanceTransform(1 - wide, cv2.DIST_L2, 3)
     away = (inner - outer)[1:, COLUMNS // 2 : -COLUMNS // 2]
-    return away * STEP
+    return np.clip(away, -1000.0, 1000.0) * STEP  # rows; none of it may be beside a mask

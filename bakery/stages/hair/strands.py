@@ -85,7 +85,7 @@ def _trace(shell, flow, starts, sign, steps, reach):
         ahead, _ = shell.chart.cell(point + sign * PACE * heading)
         ahead[:, 1] = np.clip(ahead[:, 1], 0, ROWS)
         here = shell.chart.take(shell.there, ahead)
-        alive = alive & (here > 0.35) & (PACE * (k + 1) <= reach)
+        alive = alive & (here > 0.45) & (PACE * (k + 1) <= reach)
         point = np.where(alive[:, None], shell.surface(ahead, 1.0), point)
         taken += alive
         out.append(point)
