@@ -59,7 +59,7 @@ class Request:
     options: BuildOptions = field(default_factory=BuildOptions)
     head: str = "makehuman"
     generator: str = "pagan"
-    hair: str = "layer"
+    hair: str = "cards"
     expressions: Path | None = None  # a file of targets in place of those that ship
     detector: str = "network"
     landmarks: Path | None = None

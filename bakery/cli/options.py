@@ -61,7 +61,7 @@ detector = click.option(
     shell_complete=complete.plug_ins("detectors"), help="What finds landmarks.",
 )  # fmt: skip
 hair = click.option(
-    "--hair", default="layer", show_default=True, shell_complete=complete.plug_ins("hair"),
+    "--hair", default="cards", show_default=True, shell_complete=complete.plug_ins("hair"),
     help="What makes hair; none leaves it off.",
 )  # fmt: skip
 

@@ -51,9 +51,9 @@ def write_glb(path, levels, shape_names, texture, cards, generator, hair=None):
         texture: bytes of a JPEG or PNG, the atlas.
         cards: bytes of a PNG with alpha, the picture of the CLEAR materials, or None without them.
         generator: name and version of the program.
-        hair: export.hair_surfaces.Hair, or None without volume.
+        hair: export.hair.Hair, or None without volume.
     """
-    made = _Writer()
+    made = Writer()
     document = gltf.GLTF2(asset=gltf.Asset(version="2.0", generator=generator))
     kind = "image/png" if texture.startswith(b"\x89PNG") else "image/jpeg"
     document.images = [gltf.Image(name="neutral", mimeType=kind, bufferView=made.view(texture))]
@@ -78,15 +78,15 @@ def write_glb(path, levels, shape_names, texture, cards, generator, hair=None):
     names = list(dict.fromkeys(piece.name for level in [*levels, *locks] for piece in level))
     document.materials = [_material(name, len(document.textures) - 1) for name in names]
     for number, level in enumerate(levels):
-        _add_mesh(document, made, f"{HEAD_NODE}{number}", level, names, shape_names)
+        add_mesh(document, made, f"{HEAD_NODE}{number}", level, names, shape_names)
     for number, pieces in enumerate(locks):
         if pieces:
             document.nodes[number].children = [len(document.nodes)]
-            _add_mesh(document, made, f"{HAIR_NODE}{number}", pieces, names, [])
+            add_mesh(document, made, f"{HAIR_NODE}{number}", pieces, names, [])
     if len(levels) > 1:
         document.nodes[0].extensions = {"MSFT_lod": {"ids": list(range(1, len(levels)))}}
     document.scenes = [gltf.Scene(name="head", nodes=[0])]
-    _write(path, document, made)
+    write_document(path, document, made)
 
 
 def write_proxies(path, proxies: list[Surface], shape_names, generator: str) -> None:
@@ -101,18 +101,18 @@ def write_proxies(path, proxies: list[Surface], shape_names, generator: str) -> 
         shape_names: [E] names of the morph targets.
         generator: name and version of the program.
     """
-    made = _Writer()
+    made = Writer()
     document = gltf.GLTF2(asset=gltf.Asset(version="2.0", generator=generator))
     document.extensionsUsed = ["KHR_materials_unlit"]
     names = [piece.name for piece in proxies]
     document.materials = [_unlit(name) for name in names]
     for piece in proxies:
-        _add_mesh(document, made, piece.name, [piece], names, shape_names)
+        add_mesh(document, made, piece.name, [piece], names, shape_names)
     document.scenes = [gltf.Scene(name="proxies", nodes=list(range(len(names))))]
-    _write(path, document, made)
+    write_document(path, document, made)
 
 
-def _write(path, document, made):
+def write_document(path, document, made):
     made.finish()
     document.scene = 0
     document.accessors = made.accessors
@@ -127,7 +127,7 @@ def _material(name, last):
     if name in CLEAR:
         return _clear_material(name)
     if name in HAIR:
-        return _hair_material(name, last)
+        return hair_material(name, last)
     material = _unlit(name)
     material.pbrMetallicRoughness.baseColorTexture = gltf.TextureInfo(index=0)
     return material
@@ -164,7 +164,7 @@ def _clear_material(name):
     return material
 
 
-def _hair_material(name, picture):
+def hair_material(name, picture):
     material = _unlit(name)
     material.pbrMetallicRoughness.baseColorTexture = gltf.TextureInfo(index=picture)
     material.alphaMode, material.doubleSided = HAIR[name], True
@@ -172,7 +172,7 @@ def _hair_material(name, picture):
     return material
 
 
-def _add_mesh(document, made, name, surfaces, materials, shape_names):
+def add_mesh(document, made, name, surfaces, materials, shape_names):
     shapes = {"weights": [0.0] * len(shape_names), "extras": {"targetNames": list(shape_names)}}
     document.meshes.append(
         gltf.Mesh(
@@ -203,7 +203,7 @@ def _unit(normals):
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
 
 
-class _Writer:
+class Writer:
     """Collects bytes, views and accessors."""
 
     def __init__(self):

@@ -5,7 +5,7 @@ from typing import Any
 
 from bakery import __version__
 from bakery.export.glb import write_glb, write_proxies
-from bakery.export.hair_surfaces import Hair, hair_levels
+from bakery.export.hair import Hair, hair_levels
 from bakery.export.lod import proxy_surfaces
 from bakery.export.manifest import describe_levels, levels_of_detail
 from bakery.export.web.files import card_picture, small_layer, small_picture

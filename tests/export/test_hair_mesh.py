@@ -13,7 +13,7 @@ import pytest
 from bakery.errors import BundleError
 from bakery.export import hair_mesh, hostile
 from bakery.export.bundle import list_files, read_manifest
-from bakery.export.hair_surfaces import MATERIALS, hair_levels, surfaces
+from bakery.export.hair import MATERIALS, hair_levels, surfaces
 from bakery.export.open import open_avatar
 from bakery.export.schema import seal
 from bakery.export.validate import problems
