@@ -10,6 +10,7 @@ from bakery import landmarks as marks
 from bakery.geometry import rotation
 from bakery.geometry.color import LUMA, to_linear
 from bakery.settings import Settings, setting
+from bakery.stages.hair.signs import hair_signs
 from bakery.stages.segment import EYES, GLASSES, HIDDEN, LENS, SKIN, Segmentation, occlusion
 from bakery.types import EXPRESSION_INDEX, Fit, Landmarks, Photo
 
@@ -53,6 +54,12 @@ class Limits(Settings):
     closed_eyes: float = setting(0.13, "at least: lid opening over the eye's width", 0, 1)
     glasses: float = setting(0.04, "share of the eye region that glasses cover", 0, 1)
     hair: float = setting(0.05, "share of the face behind hair", 0, 1)  # neutral: up to 0.01
+    # Neutral: up to 0.01 (specks).
+    hat: float = setting(0.1, "area of a hat over the square of the eye distance", 0, 100)
+    # Neutral: 0.
+    hair_cut: float = setting(
+        0.15, "length of the picture's edge that hair touches, over the eye distance", 0, 100
+    )
     hidden: float = setting(0.02, "share of the face that is hidden", 0, 1)  # neutral: 0
     # Neutral: from 0.9, in the dark 0.88, a painted hand before the chin: up to 0.84.
     covered: float = setting(
@@ -126,6 +133,8 @@ def assess(
         ("closed_eyes", -1, "an eye is nearly closed; its iris cannot be read"),
         ("glasses", 1, "glasses cover the eyes; what they hide is made up"),
         ("hair", 1, "hair covers the face; the skin below it is made up"),
+        ("hat", 1, "a hat is on the head; hair ends at its brim, and what is below it is made up"),
+        ("hair_cut", 1, "hair is cut by the picture's edge; how long it is, is a guess"),
         ("hidden", 1, "hair or a deep shadow hides one side; it is made up from the other"),
         (
             "covered",
@@ -166,6 +175,7 @@ def measure(
         "glasses": hidden["glasses"],
         "hair": hidden["hair"],
         "hidden": hidden["hidden"],
+        **hair_signs(segmentation, landmarks.points),
         "covered": _sureness(landmarks, segmentation.labels, forward[0]),
         "cast_shadow": fit.diagnostics.get("shadow_share", 0.0),
         "dark": _white(photo, landmarks.points, segmentation.regions),

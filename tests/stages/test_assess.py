@@ -17,7 +17,7 @@ from bakery.landmarks import EYES as LIDS
 from bakery.landmarks import MOUTH_CORNERS
 from bakery.stages.assess import IN_MIRROR, LINES, Limits, assess
 from bakery.stages.detect import detect_faces
-from bakery.stages.segment import EYES, GLASSES, HAIR, HIDDEN, SKIN, Segmentation
+from bakery.stages.segment import EYES, GLASSES, HAIR, HAT, HIDDEN, SKIN, Segmentation
 from bakery.types import Camera, Fit, Landmarks, Photo
 
 SIZE = 500
@@ -92,6 +92,21 @@ def test_what_covers_the_face(good, label, code):
     rows = slice(int(face.points[[70, 300], 1].min()), int(face.points[195, 1]))
     labels[rows] = label
     assert code in codes(photo, face, fit, Segmentation(labels, parts.skin))
+
+
+def test_hair_that_is_partly_unknown(good):
+    """A hat of the eyes' distance squared; hair at half a side of the picture. A speck is neither."""
+    photo, face, fit, parts = good
+    for label, code, rows, columns in (
+        (HAT, "hat", slice(0, 100), slice(100, 300)),
+        (HAIR, "hair_cut", slice(450, 500), slice(0, 40)),
+    ):
+        labels = parts.labels.copy()
+        labels[rows, columns] = label
+        assert code in codes(photo, face, fit, Segmentation(labels, parts.skin))
+        labels = parts.labels.copy()
+        labels[2:7, 2:7] = label
+        assert code not in codes(photo, face, fit, Segmentation(labels, parts.skin))
 
 
 def test_unsure_landmarks_of_one_part(good):

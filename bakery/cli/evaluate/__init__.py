@@ -7,6 +7,7 @@ import click
 
 from bakery.cli import complete, options
 from bakery.cli.evaluate import generator as evaluate_generator
+from bakery.cli.evaluate import hair as evaluate_hair
 from bakery.cli.evaluate import motion as evaluate_motion
 from bakery.cli.evaluate import segment as evaluate_segment
 from bakery.cli.evaluate import skin as evaluate_skin
@@ -244,5 +245,6 @@ for command in (
     evaluate_generator.generator, evaluate_generator.painted, evaluate_generator.times,
     evaluate_generator.keys, evaluate_generator.detail, evaluate_generator.rest,
     evaluate_motion.track, evaluate_motion.talk, evaluate_motion.animate, evaluate_segment.segment, evaluate_skin.complete,
+    evaluate_hair.hair,
 ):  # fmt: skip
     evaluate.add_command(command)

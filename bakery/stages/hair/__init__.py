@@ -19,6 +19,7 @@ LEAST = 400.0  # mm2 of hair in the photo, below which there is none
 CARDS = 320
 WIDTH = 14.0  # mm
 LONGEST, SHORT = 130.0, 48.0  # mm, wisps of long and of short hair
+CROPPED = 5.0  # mm: hair so short is drawn on the skin
 STUBBLE, SHAVED = 9.0, 0.22  # mm, distance of sRGB colours: shorter and more alike is no volume
 COARSE = 60  # cards of the coarsest level
 WIDER = 2.0  # times the width that they have there
@@ -32,7 +33,7 @@ def make_hair(
     neutral: np.ndarray,
     size: int = SIZE,
 ) -> HairMesh | None:
-    """The hair of a portrait as a mesh; None where the photo shows none, or a shaved head.
+    """The hair of a portrait as a mesh; None where the photo shows none, or hair cropped to the skin.
 
     Args:
         encoded: [H, W, 3] float32 sRGB-encoded photo.
@@ -51,7 +52,7 @@ def make_hair(
     ways, _ = flow(portrait, shell)
     chin = float(head.landmarks(neutral)[CHIN, 1].mean())
     thick = np.percentile((shell.radius - shell.base)[shell.there > 0.5], 80)
-    if thick < STUBBLE and _like_skin(portrait):
+    if thick < CROPPED or (thick < STUBBLE and _like_skin(portrait)):
         return None
     long = shell.below > -10 or thick > 25
     wisps = grow(shell, ways, CARDS, WIDTH, LONGEST if long else SHORT)

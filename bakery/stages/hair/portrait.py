@@ -18,6 +18,7 @@ ASIDE, ABOVE, BELOW = 190.0, 160.0, 330.0  # mm around the middle of the head th
 SPECK = 60.0, 0.08  # mm2, share of all hair: smaller patches of hair are mistakes
 WISP = 5.0  # mm around the outline in which the photo says what is hair
 THIN = 13.0  # mm, half of the width of what may be a bald top's rim
+MOSTLY = 0.3  # of all hair
 SKINNY = 0.17  # distance of sRGB colours below which it is bare
 UNLIKE = 0.35  # distance of sRGB colours of two patches that are not both hair
 POCKETS = 18.0, 45.0  # mm from the backdrop, above and below the eyes: how far it is seen in hair
@@ -141,7 +142,10 @@ def _patches(picture, solid, scale):
 
 
 def _bare(picture, solid, skin, scale):
-    """Thin rims [H, W] of what is labelled hair and has the colour of the skin beside it: bald tops."""
+    """Thin rims [H, W] of what is labelled hair and has the colour of the skin beside it: bald tops.
+
+    Where that is a good part of it, all of it: a shaved head.
+    """
     if not skin.any() or not solid.any():
         return np.zeros_like(solid)
     size = 2 * max(int(THIN * scale), 1) + 1
@@ -150,7 +154,8 @@ def _bare(picture, solid, skin, scale):
     core = cv2.erode(skin.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(np.float32)
     off = np.linalg.norm(picture - diffuse(picture, core), axis=-1)
     off = normalized_blur(off.astype(np.float32), solid.astype(np.float32), 4 * scale)
-    return thin & (off < SKINNY)
+    bare = thin & (off < SKINNY)
+    return bare if bare.sum() < MOSTLY * solid.sum() else solid
 
 
 def _matte(picture, solid, regions, scale):
