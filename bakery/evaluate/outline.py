@@ -37,6 +37,7 @@ WAYS = ("before", "after")  # without and with Fit.outline
 EYES = 160.0  # pixels between the outer eye corners, as it is looked at
 EYES_MM = 90.0  # what they are apart in people, nearly
 BARE_EAR = 0.05  # area of a bare ear, in squares of the eyes' distance
+BARE_NECK = 0.1  # area of neck below the jaw, the same
 CROPPED = 0.8  # area of hair outside the face contour, the same; more hides the skull
 BARE = (SKIN, NECK, BEARD, EARS)
 
@@ -102,7 +103,7 @@ def _figures(labels, points, drawn, ears):
         out["ears"] = np.mean([_overlap(one, ears[..., k] & known) for k, one in enumerate(bare)])
     low = beside & (rows > points[[58, 288], 1].mean()) & known
     neck = np.isin(labels, BARE)
-    if (neck & low).sum() > 0.1 * area:
+    if ((labels == NECK) & low).sum() > BARE_NECK * area:
         last = rows[(labels == NECK) & low].max(initial=0)
         out["neck"] = _overlap(neck & low & (rows <= last), drawn & low & (rows <= last))
     whole = (labels != BACKGROUND) & (labels != CLOTHES)

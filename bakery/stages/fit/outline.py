@@ -1,8 +1,8 @@
 """Ears, skull, jaw corners and neck of a person, by what the photo's labels show outside the face.
 
 One rule for the whole outline: it may lie neither in the background nor within bare skin. Hair and
-clothes hide where it is; there the statistics of people decide, but for the
-few millimetres that hair stands off the skull at least. A bare ear's own edge pulls as well.
+clothes hide where it is: there the statistics of people decide, and weaker rules of skull and neck.
+A bare ear's own edge pulls as well.
 
 References:
     Blanz and Vetter, "A Morphable Model for the Synthesis of 3D Faces", SIGGRAPH 1999: maximum a
@@ -54,6 +54,7 @@ SAMPLE = 2  # pixels between the points of an outline
 NOISE, PATCH = 1.8, 10.0  # mm, error of an outline, and length over which its errors are alike
 FAR = 5.0  # mm; errors beyond count in proportion, not squared
 THIN_HAIR = 4.0  # mm that hair stands off the skull's outline at least
+HIDDEN_NECK, HIDDEN_NOISE = 25.0, 4.0  # mm of a neck that hair may hide, error of what is seen
 FARTHEST = np.float32(80)  # pixels; nothing is looked for farther away
 LEAST_EAR = 12  # pixels of an ear's edge before background; fewer are a guess
 
@@ -148,6 +149,7 @@ class _Scene:
             )
         }  # fmt: skip
         self.hair = _slope(-self.cover)
+        self.beside = _slope(_distance(~np.isin(self.labels, (SKIN, NECK, BEARD))))
 
     def rows(self, outline):
         """What the labels ask of the outline's coefficients.
@@ -169,7 +171,8 @@ class _Scene:
         slide = np.einsum("nac,noc->nao", cameras.projection_jacobian(place, self.camera), turned)
         mean = np.einsum("nk,nkc->nc", share, self.head.mean[corners])
         ear = np.einsum("nk,nk->n", share, self.basis.ear[corners]) > 0.5
-        found = [self._kept_out(x, y, slide, mean, ear), self._under_hair(x, y, slide, mean, ear)]
+        rules = (self._kept_out, self._under_hair, self._beside_hair)
+        found = [rule(x, y, slide, mean, ear) for rule in rules]
         found += [self._ear(x, y, slide, ear & (side * mean[:, 0] > 0), side) for side in (1, -1)]
         return tuple(np.concatenate(parts) for parts in zip(*found))
 
@@ -191,6 +194,13 @@ class _Scene:
         miss = np.maximum(values + THIN_HAIR / PIXEL, 0)
         there = ~ear & (self.labels[y, x] == HAIR) & (mean[:, 1] > self.marks[TRAGUS[0], 1])
         return _weighed(slide, miss, slope, there * 1.0, NOISE)
+
+    def _beside_hair(self, x, y, slide, mean, ear):
+        """Points of the neck's outline within hair: the neck that is seen is most of it as a rule."""
+        values, slope = self.beside[0][y, x], self.beside[1][y, x]
+        neck = ~ear & (mean[:, 1] < self.marks[JAW_CORNER[0], 1])
+        there = neck & (self.labels[y, x] == HAIR) & (values < HIDDEN_NECK / PIXEL)
+        return _weighed(slide, values, slope, there * 1.0, HIDDEN_NOISE)
 
     def _ear(self, x, y, slide, rim, side):
         """The photo's edge of an ear that the head's ear shall reach."""
