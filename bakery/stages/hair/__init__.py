@@ -7,6 +7,7 @@ from bakery.heads.base import HeadModel
 from bakery.landmarks import CHIN
 from bakery.stages.hair import atlas as atlases
 from bakery.stages.hair import mesh as meshes
+from bakery.stages.hair.chart import COLUMNS
 from bakery.stages.hair.directions import flow
 from bakery.stages.hair.portrait import NOTHING, Portrait, at, look
 from bakery.stages.hair.shell import make_shell
@@ -107,7 +108,7 @@ def _assembled(portrait, shell, ways, wisps, chin, size):
     over = ((bare < NOTHING) & (depth < bare + 5)).mean(1)
     off_scalp = 1 - shell.chart.take(shell.growth, wisps.cells).mean(1)
     fringe = (over > 0.5) & (off_scalp > 0.5)
-    solid = np.where(fringe, 1.0, smoothed(off_scalp))
+    solid = np.where(fringe, 1.0, np.clip(2 * off_scalp - 0.6, 0, 1))
     atlases.paint_cap(painter, surface, size, rows, texture, direction, source)
     atlases.paint_cards(
         painter, layout, edges, cells, solid, wisps.length, texture, direction, along, source
@@ -128,7 +129,7 @@ def _assembled(portrait, shell, ways, wisps, chin, size):
         total += len(points)
 
     def cap_uv(part):
-        return part.cells / [96.0, rows] * [1.0, tall / size]
+        return part.cells / [COLUMNS, rows] * [1.0, tall / size]
 
     count = len(wisps.layer)
     for part, level in ((fine, 1), (coarse, 6)):
@@ -152,7 +153,3 @@ def _assembled(portrait, shell, ways, wisps, chin, size):
         meshes.hang(shell, vertices, chin), texture.astype(np.float16),
         direction.astype(np.float16), along.astype(np.float16), source,
     )  # fmt: skip
-
-
-def smoothed(share):
-    return np.clip(2 * share - 0.6, 0, 1)

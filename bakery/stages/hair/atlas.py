@@ -5,12 +5,14 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from bakery.geometry import camera as cameras
 from bakery.geometry.color import LUMA
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
 from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, ROWS
+from bakery.stages.hair.directions import frame
 from bakery.stages.hair.mesh import body_depth
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
 from bakery.stages.hair.shell import Shell
@@ -74,6 +76,7 @@ class Painter:
     def __init__(self, portrait: Portrait, shell: Shell, flow: np.ndarray) -> None:
         self.portrait, self.shell, self.flow = portrait, shell, flow
         self.nearest = self._nearest()
+        self.normals = charts.smooth(frame(shell)[:, :, 2], 5.0)
         self.tone = self._tone()
         self.energy = self._energy()
 
@@ -158,25 +161,10 @@ class Painter:
 
     def _cosine(self, points, cells):
         """Between the shell's normal and the line of sight, [n]."""
-        eye = -self.portrait.camera.translation @ _matrix(self.portrait.camera)
-        toward = eye - points
+        toward = cameras.position(self.portrait.camera) - points
         toward /= np.linalg.norm(toward, axis=-1, keepdims=True)
-        normal = self.shell.chart.take(self._normals, cells)
+        normal = self.shell.chart.take(self.normals, cells)
         return (normal * toward).sum(-1) / np.maximum(np.linalg.norm(normal, axis=-1), 1e-6)
-
-    @property
-    def _normals(self):
-        from bakery.stages.hair.directions import frame
-
-        if not hasattr(self, "_made_normals"):
-            self._made_normals = charts.smooth(frame(self.shell)[:, :, 2], 5.0)
-        return self._made_normals
-
-
-def _matrix(camera):
-    from bakery.geometry import rotation
-
-    return rotation.matrix(camera.rotation)
 
 
 def paint_cards(painter, layout, edges, cells, solid, length, texture, direction, along, source):

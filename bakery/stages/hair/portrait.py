@@ -10,7 +10,7 @@ from bakery.geometry.color import to_linear
 from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
 from bakery.geometry.raster import rasterize
 from bakery.heads.base import HeadModel
-from bakery.stages.segment import BACKGROUND, CLOTHES, EARS, HAIR, HAT, SKIN, Segmentation
+from bakery.stages.segment import BACKGROUND, EARS, HAIR, HAT, SKIN, Segmentation
 from bakery.types import Camera, Fit
 
 FINE = 1.6  # pixels a millimetre at most
@@ -37,7 +37,6 @@ class Portrait:
     linear: np.ndarray  # [H, W, 3] float32, the photo
     color: np.ndarray  # [H, W, 3] float32 linear, hair continued beyond its outline
     behind: np.ndarray  # bool, background
-    clothes: np.ndarray  # bool
     skin: np.ndarray  # bool, ears and neck too
     ears: np.ndarray  # bool
     known: np.ndarray  # bool, inside the photo and where it was labelled
@@ -123,7 +122,7 @@ def look(
     return Portrait(
         cut, scale_mm, hair, solid, linear,
         _continued(linear, hair, regions == BACKGROUND, scale_mm),
-        regions == BACKGROUND, regions == CLOTHES, regions == SKIN, labels == EARS,
+        regions == BACKGROUND, regions == SKIN, labels == EARS,
         warped(known, cv2.INTER_NEAREST) > 0,
         np.where(np.isfinite(found.depth), found.depth, NOTHING).astype(np.float32),
     )  # fmt: skip

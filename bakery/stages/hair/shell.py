@@ -37,8 +37,6 @@ class Shell:
     there: np.ndarray  # 0..1: whether there is any
     seen: np.ndarray  # 0..1: whether the photo says so
     growth: np.ndarray  # 0..1: scalp
-    cut: bool  # whether the picture's edge cuts it
-    top: float  # mm that it stands above the skull
     below: float  # mm below the chin that it reaches
 
     def surface(self, cells: np.ndarray, share: float | np.ndarray) -> np.ndarray:
@@ -58,7 +56,7 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
     ear &= (cells[..., 1] > DOME - 8) & (cells[..., 1] < DOME + 24)
     for side, under in zip((charts.azimuth() < 0, charts.azimuth() > 0), covered):
         growth = np.where(ear & side & under, 1.0, growth)  # hair over an ear is as good as scalp
-    outline, hairy, cut = _outline(chart, portrait, base, eye)
+    outline, hairy = _outline(chart, portrait, base, eye)
     base = _hanging(base)
     radius = _radius(base, outline, hairy, eye, chart)
     chin = float(head.landmarks(neutral)[CHIN, 1].mean())
@@ -77,8 +75,7 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
         radius = base + LEAST + np.maximum(lifted - base - LEAST, 0) * charts.smooth(rise, 5.0)
     rows = np.flatnonzero((there > 0.5).any(1))
     lowest = charts.EQUATOR - (rows[-1] + 1 - DOME) * STEP if len(rows) else charts.EQUATOR
-    top = float((radius - chart.skull)[: DOME // 3][there[: DOME // 3] > 0.5].max(initial=0.0))
-    return Shell(chart, base, radius, there, seen, growth, cut, top, float(chin - lowest))
+    return Shell(chart, base, radius, there, seen, growth, float(chin - lowest))
 
 
 def _growth(chart: Chart, head: HeadModel, neutral: np.ndarray) -> np.ndarray:
@@ -130,14 +127,12 @@ def _outline(chart, portrait, base, eye):
     """How far hair reaches on both sides.
 
     Returns:
-        distances [ROWS, 2] mm (right, left; nan where no hair is), evidence [ROWS, 2] 0..1, whether
-        the picture's edge cuts it.
+        distances [ROWS, 2] mm (right, left; nan where no hair is), and evidence [ROWS, 2] 0..1.
     """
     sides = _sides(chart, eye, 85.0)[:2]
     rows = np.arange(ROWS) + 0.5
     far = np.full((ROWS, 2), np.nan)
     hairy = np.zeros((ROWS, 2))
-    cut = False
     steps = np.arange(0, REACH + 60, 1.0)
     for side, around in enumerate(sides):
         cells = np.stack([np.full(ROWS, (around / (2 * np.pi) + 0.5) * COLUMNS), rows], -1)
@@ -160,9 +155,7 @@ def _outline(chart, portrait, base, eye):
             far[mine, side] = distance[mine, k]
             amount += mine & (distance[:, k] > start - 12)
         hairy[:, side] = smoothstep(2.0, 7.0, amount)
-        edge = ~inside & np.roll(hair, 1, axis=1)
-        cut |= bool(edge[:, 1:].any(1).sum() > 4)
-    return far, hairy, cut
+    return far, hairy
 
 
 def _radius(base, outline, hairy, eye, chart):
