@@ -17,7 +17,7 @@ def hair(photo, fitted, output, overwrite, preset, settings, **request):
     layer or none there is no such hair.
 
     \b
-    bakery hair portrait.jpg --hair cards -o hair.glb
+    bakery hair portrait.jpg -o hair.glb
     """
     options.may_write(output, overwrite, endings=(".glb",))
     from bakery import __version__

@@ -106,9 +106,14 @@ def line_of(name, option, place, folder, text="mine"):
 
 
 def ending(name):
-    return {"recover": ".exr", "albedo": ".exr", "build": ".avatar", "animate": ".mp4"}.get(
-        name, ".png"
-    )
+    files = {
+        "recover": ".exr",
+        "albedo": ".exr",
+        "build": ".avatar",
+        "animate": ".mp4",
+        "hair": ".glb",
+    }
+    return files.get(name, ".png")
 
 
 def run(words):

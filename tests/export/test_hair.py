@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bakery.export.hair import MATERIALS, hair_surfaces
+from bakery.export.hair import MATERIALS, surfaces
 from bakery.types import HairMesh
 
 
@@ -22,7 +22,7 @@ def quads():
 
 
 def test_each_kind_is_a_surface():
-    found = hair_surfaces(quads(), 0)
+    found = surfaces(quads(), 0)
     assert [piece.name for piece in found] == list(MATERIALS)
     assert [len(piece.faces) for piece in found] == [2, 4, 2]
     cards = found[1]
@@ -31,4 +31,4 @@ def test_each_kind_is_a_surface():
 
 
 def test_a_kind_that_a_level_does_not_show_is_left_out():
-    assert [piece.name for piece in hair_surfaces(quads(), 1)] == ["hair_cap", "hair_fringe"]
+    assert [piece.name for piece in surfaces(quads(), 1)] == ["hair_cap", "hair_fringe"]

@@ -21,7 +21,7 @@ STILL, AHEAD = np.zeros(52, np.float32), np.zeros(2)
 SLOWER = 1.6  # times the frame without hair, at 1280 x 800 in SwiftShader
 
 
-@pytest.fixture(scope="module", params=["bob", "crop"])
+@pytest.fixture(scope="module", params=["bob", pytest.param("crop", marks=pytest.mark.slow)])
 def dressed(request, made_up, hairdo):
     mesh = hairdo(made_up.head, made_up.neutral, request.param)
     return replace(made_up, textures=replace(made_up.textures, hair_mesh=mesh))
@@ -114,6 +114,7 @@ def test_levels_light_and_layers(dressed, hairy_site, browser, serve):
     assert desk["dark"] < 0.75 * desk["bright"]  # encoded: 0.3 of the light
 
 
+@pytest.mark.slow
 def test_an_afro_is_in_the_pages_frame(made_up, hairdo, make_site, browser, serve, tmp_path):
     """The page steps back for hair that stands out farther than the canvas has room."""
     mesh = hairdo(made_up.head, made_up.neutral, "crop")
