@@ -12,10 +12,11 @@ from bakery.geometry.raster import rasterize
 from bakery.heads.file import load_head
 from bakery.stages.hair import chart, make_hair
 from bakery.stages.hair.atlas import pack
+from bakery.stages.hair.chart import COLUMNS, ROWS
 from bakery.stages.hair.directions import photographed
 from bakery.stages.hair.mesh import _clipped
 from bakery.stages.hair.portrait import look
-from bakery.stages.hair.shell import make_shell
+from bakery.stages.hair.shell import _held, make_shell
 from bakery.stages.segment import BACKGROUND, EARS, HAIR, HAT, SKIN, Segmentation
 from bakery.types import EXPRESSIONS, HAIR_TRIANGLES, Camera, Fit
 
@@ -261,3 +262,14 @@ def test_cards_do_not_overlap_in_the_atlas():
         taken[top : top + tall, left : left + wide] += 1
     assert taken.max() == 1 and taken[: int(0.3 * 1024)].sum() == 0
     assert taken.mean() > 0.4  # most of the room below the cap is used
+
+
+def test_bits_that_hang_by_nothing_are_dropped():
+    there = np.zeros((ROWS, COLUMNS))
+    there[:50] = 1
+    there[70:73, 20:23] = 1
+    held = _held(there)
+    assert held[:50].all() and not held[50:].any()
+    around = np.zeros((ROWS, COLUMNS))
+    around[40:50, :30] = around[40:50, -30:] = 1  # one piece, around the back
+    assert np.array_equal(_held(around), around)

@@ -24,6 +24,9 @@ TALL = 45.0  # mm: what stands out farther is a knot, which the back does not ha
 EAR_SEEN = 90.0  # mm2 of an ear in the photo, from which hair hangs behind it
 SIDE = 60.0, 74.0  # degrees from the camera: what hangs beside the face is farther round
 OFF = 18.0  # mm off the skin from which hair hangs
+NEAR = (0.15, 0.6)  # cosine to the camera: hair is told badly up to it, and well from it on
+HELD = 10  # rows below the chart's equator down to which both sides are alike
+BIT = 0.1  # of the largest piece of hair: smaller ones are none
 PLAIN = 5.0  # mm that hair stands off an unseen skull at least
 
 
@@ -208,6 +211,10 @@ def _presence(chart, portrait, cells, base, radius, growth, hairy, eye, covered,
     photo = bilinear(portrait.hair, pixels)
     before = (depth < at(portrait.depth, pixels) + 6) | (photo > 0.5)  # the fitted head may err
     seen = smoothstep(-0.02, 0.2, cosine) * inside * before
+    # Of a turned head the near side tells of the far one, whose rim is thin and easily missed.
+    well = smoothstep(*NEAR, cosine) * inside * before
+    twin = np.clip(well[:, ::-1] - well, 0, 1) * (cells[..., 1] < DOME + HELD)
+    seen = seen * (1 - twin)
     # Below an ear that is seen, hair hangs behind it.
     aside = smoothstep(SIDE[0], SIDE[1], np.abs((np.degrees(turn) + 180) % 360 - 180))
     open_ear = np.where(np.sin(turn) > 0, not covered[1], not covered[0])
@@ -230,7 +237,7 @@ def _presence(chart, portrait, cells, base, radius, growth, hairy, eye, covered,
     curtain = curtain * (np.cos(turn) < 0.35)
     for k in range(start - 1, DOME, -1):  # what hangs is held from above
         curtain[k] = np.maximum(curtain[k], curtain[k + 1] * (np.cos(turn) < 0.1))
-    hidden = np.maximum(scalp_, curtain)
+    hidden = np.maximum(scalp_, curtain) * (1 - twin) + photo[:, ::-1] * twin
     # What hangs behind neck and shoulders ends where background shows in its place.
     gone = np.ones(hidden.shape, bool)
     for distance in (base, radius):
@@ -238,6 +245,7 @@ def _presence(chart, portrait, cells, base, radius, growth, hairy, eye, covered,
         through = portrait.inside(behind) & at(portrait.behind, behind)
         gone &= through & portrait_clear(portrait, behind)
         gone &= bilinear(portrait.hair, behind) < 0.3
+    gone &= twin < 0.3  # the far rim of a skull that is fitted too wide
     hidden = np.where(gone, 0, hidden)
     there = seen * photo + (1 - seen) * hidden
     # Between what the photo shows and what it does not, there is no gap.
@@ -245,7 +253,17 @@ def _presence(chart, portrait, cells, base, radius, growth, hairy, eye, covered,
     closed = cv2.morphologyEx(wide, cv2.MORPH_CLOSE, np.ones((5, 7), np.uint8))[:, 8:-8]
     bare = (seen * (1 - photo) > 0.5) | gone
     there = np.where(bare, there, np.maximum(there, closed))
-    return np.clip(charts.smooth(there, 2.5), 0, 1), seen
+    return np.clip(charts.smooth(_held(there), 2.5), 0, 1), seen
+
+
+def _held(there: np.ndarray) -> np.ndarray:
+    """Presence [ROWS, COLUMNS] without bits that hang by nothing: collars, earrings."""
+    round_ = np.concatenate([there, there], 1)  # what goes around the back is in one piece
+    _, parts, sizes, _ = cv2.connectedComponentsWithStats((round_ > 0.5).astype(np.uint8))
+    area = sizes[:, cv2.CC_STAT_AREA].astype(float)
+    area[0] = 0
+    small = (parts > 0) & (area[parts] < BIT * area.max())
+    return np.where(small[:, :COLUMNS] & small[:, COLUMNS:], 0, there)
 
 
 def portrait_clear(portrait: Portrait, pixels: np.ndarray) -> np.ndarray:
