@@ -241,7 +241,7 @@ def _hair_mesh(mesh: HairMesh) -> None:
     starts = np.flatnonzero(np.diff(mesh.card[~cap], prepend=-2))
     assert len(np.unique(mesh.card[~cap][starts])) == len(starts), "mesh: a card's faces lie apart"
     for level, most in enumerate(HAIR_TRIANGLES):
-        count = int((mesh.levels >> level & 1).sum())
+        count = int(mesh.shown(level).sum())
         assert count <= most, f"mesh: level {level} has {count} triangles, {most} at most"
 
 

@@ -195,6 +195,11 @@ class HairMesh:
         check_shape("HairMesh.root_to_tip", self.root_to_tip, (side, side))
         check_shape("HairMesh.source", self.source, (side, side))
 
+    def shown(self, level: int) -> np.ndarray:
+        """Which faces a level of detail shows: [M] bool."""
+        faces: np.ndarray = (self.levels >> level & 1).astype(bool)
+        return faces
+
 
 @dataclass(frozen=True)
 class Textures:

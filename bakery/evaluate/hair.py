@@ -80,9 +80,7 @@ def silhouettes(
             row["_".join(filter(None, (name, "outside")))] = overlap(here & outside, true & outside)
         levels = range(len(HAIR_TRIANGLES))
         row["seconds"] = round(seconds, 2)
-        row["triangles"] = [
-            0 if mesh is None else int((mesh.levels >> level & 1).sum()) for level in levels
-        ]
+        row["triangles"] = [0 if mesh is None else int(mesh.shown(level).sum()) for level in levels]
         yield row
 
 

@@ -25,7 +25,7 @@ def draw_hair(
     """
     points = cameras.to_camera(mesh.vertices.astype(float), camera)
     pixels, distance = cameras.project_camera(points, camera), -points[:, 2]
-    shown = (mesh.levels >> level) & 1 > 0
+    shown = mesh.shown(level)
     texture = mesh.texture.astype(np.float32)
     cap = mesh.faces[shown & (mesh.kind == 0)]
     found = rasterize(pixels, distance, cap, color.shape[:2], cull=True)

@@ -37,7 +37,7 @@ def surfaces(mesh: HairMesh, level: int, kinds: tuple[str, ...] = HAIR_KINDS) ->
     """The surfaces of one level of detail, by kind, in the order of the faces; without shapes."""
     normals, found = soft_normals(mesh), []
     for kind in range(len(kinds)):
-        faces = mesh.faces[(mesh.kind == kind) & (mesh.levels >> level & 1).astype(bool)]
+        faces = mesh.faces[(mesh.kind == kind) & mesh.shown(level)]
         if not len(faces):
             continue
         used, index = np.unique(faces, return_inverse=True)

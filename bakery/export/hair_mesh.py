@@ -32,9 +32,7 @@ def table(mesh: HairMesh) -> dict:
         "atlas": ATLAS,
         "parts": list(PARTS),
         "kinds": list(HAIR_KINDS),
-        "triangles": [
-            int((mesh.levels >> level & 1).sum()) for level in range(len(HAIR_TRIANGLES))
-        ],
+        "triangles": [int(mesh.shown(level).sum()) for level in range(len(HAIR_TRIANGLES))],
         "cards": len(np.unique(mesh.card[mesh.card >= 0])),
         "layout": LAYOUT,
     }

@@ -6,11 +6,10 @@ import numpy as np
 from bakery.geometry.fill import smoothstep
 from bakery.hair.layer import HairLayer
 from bakery.heads.base import HeadModel
-from bakery.heads.scalp import scalp
 from bakery.stages.atlas import Atlas, Visibility
 from bakery.stages.hair import make_hair
 from bakery.stages.segment import Segmentation
-from bakery.stages.texture.hair import Mattes
+from bakery.stages.texture.hair import Mattes, growth_on
 from bakery.types import Fit, HairMesh, Photo
 
 BESIDE = 30  # share of the atlas over which the layer fades out beside the scalp
@@ -30,7 +29,7 @@ class CardHair(HairLayer):
         visibility: Visibility,
     ) -> np.ndarray:
         """See bakery.hair.base.Hair; what hangs before cheeks, ears and neck is left to the cards."""
-        growth = atlas.paint(atlas.at(scalp(head)[:, None])[:, 0])
+        growth = growth_on(head, atlas)
         near = cv2.GaussianBlur(growth, (0, 0), atlas.size / BESIDE)
         kept = np.maximum(growth, smoothstep(0.05, 0.3, near)).astype(np.float32)
         layer: np.ndarray = super().layer(linear, mattes, head, atlas, visibility)

@@ -50,7 +50,7 @@ def hair_cards(mesh: HairMesh | None, level: int = 0) -> HairCards:
 
 
 def _make(level: int, mesh: HairMesh) -> HairCards:
-    shown = (mesh.levels >> level & 1).astype(bool)
+    shown = mesh.shown(level)
     cap, cards = (np.flatnonzero(shown & kind) for kind in (mesh.kind == CAP, mesh.kind != CAP))
     cap = np.concatenate([cap, cap])
     corners = mesh.faces[cap]

@@ -123,7 +123,7 @@ def _hair_primitives(made, mesh, material):
     kind = UNSIGNED_SHORT if len(mesh.vertices) < 65536 else UNSIGNED_INT
     primitives = []
     for level in range(len(HAIR_TRIANGLES)):
-        shown = (mesh.levels >> level & 1).astype(bool)
+        shown = mesh.shown(level)
         for number, mine in enumerate((mesh.kind == CAP, mesh.kind != CAP)):
             found = np.flatnonzero(shown & mine)
             if not len(found):

@@ -200,8 +200,7 @@ def _presence(chart, portrait, cells, base, radius, growth, hairy, eye, covered,
     points = chart.place(cells, radius)
     pixels, depth = portrait.pixels(points)
     inside = portrait.inside(pixels)
-    right, left, front = _sides(chart, eye, 85.0)
-    turn = charts.azimuth() - front
+    turn = charts.azimuth() - _sides(chart, eye, 85.0)[2]
     outward = points - chart.center
     outward[..., 1] = np.maximum(outward[..., 1], 0)
     toward = eye - points

@@ -94,7 +94,6 @@ def _trace(shell, flow, starts, sign, steps, reach):
 
 def _spread(shell, points, length, width, count):
     """Which wisps to take so that all is covered evenly: indices, and the layer of each."""
-    cells, _ = shell.chart.cell(points)
     fine = np.linspace(0, 1, 24) * (KNOTS - 1)
     index = np.minimum(fine.astype(int), KNOTS - 2)
     part = (fine - index)[None, :, None]

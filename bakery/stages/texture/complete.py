@@ -71,14 +71,13 @@ def complete(
     joined, known, even = observed, seen, lit
     if method != "none":
         joined, known, even = with_mirror(observed, seen, lit)
-    trusted = _trusted(known, head, atlas.size)
+    face, trusted = inner_face(head, atlas.size), _trusted(known, head, atlas.size)
     low = normalized_blur(joined, known, atlas.size / 170)
     wanted, lift = None, np.zeros_like(known)
     if method in ("quick", "synthesize"):
         database = load_database()
         likely = likely_tone(joined, trusted * even, head, atlas, database)
         gap = darkness(likely, joined, known * partial.plain)
-        face = inner_face(head, atlas.size)
         kept = (1 - leak(gap)) * (1 - odd(gap) * (1 - face))
         even = even * (1 - smoothstep(*LIKELY, gap))
         known, sure = known * kept, trusted * even * kept
@@ -101,7 +100,7 @@ def complete(
         uv_polygon(head, LIPS_INNER, 1.0, atlas.size), (0, 0), atlas.size / 300
     )
     inferred = base * (1 - (1 - MUCOSA) * inner_lips[..., None])
-    share = faded(np.clip(known, 0, 1), inner_face(head, atlas.size))[..., None]
+    share = faded(np.clip(known, 0, 1), face)[..., None]
     source = np.select(
         [on_skin == 0, seen >= 0.5, known >= 0.5], [0, OBSERVED, MIRRORED], INFERRED
     ).astype(np.uint8)

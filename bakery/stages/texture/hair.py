@@ -9,9 +9,10 @@ from bakery.geometry.color import LUMA
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.noise import value_noise
 from bakery.geometry.sample import bilinear
+from bakery.heads.base import HeadModel
 from bakery.heads.scalp import scalp
 from bakery.landmarks import CHIN, OVAL, face_size
-from bakery.stages.atlas import soften, uv_polygon
+from bakery.stages.atlas import Atlas, soften, uv_polygon
 from bakery.stages.segment import (
     BACKGROUND,
     BEARD,
@@ -113,6 +114,11 @@ def _large(mask, area):
     return mask & (found[:, cv2.CC_STAT_AREA] > area)[number]
 
 
+def growth_on(head: HeadModel, atlas: Atlas) -> np.ndarray:
+    """The scalp on an atlas of the skin: [T, T] 0..1."""
+    return atlas.paint(atlas.at(scalp(head)[:, None])[:, 0])
+
+
 def hair_layer(linear, mattes, head, atlas, visibility):
     """What lies over the skin of the head.
 
@@ -127,7 +133,7 @@ def hair_layer(linear, mattes, head, atlas, visibility):
     """
     pixels = visibility.pixels
     inside = atlas.paint(np.ones(len(pixels), np.float32))
-    growth = atlas.paint(atlas.at(scalp(head)[:, None])[:, 0])
+    growth = growth_on(head, atlas)
     here, bare, edge = (bilinear(m, pixels) for m in (mattes.hair, mattes.skin, mattes.strip))
     on_head = _above_the_neck(head, atlas)
     here, edge = here * on_head, edge * on_head

@@ -31,9 +31,7 @@ LOST = (
 def penumbra(shadow: np.ndarray) -> np.ndarray:
     """The edge of a cast shadow [T, T] 0..1: neither side's tone is there. 1 on it, 0 elsewhere."""
     dark = (shadow > 0.5).astype(np.uint8)
-    width = int(EDGE * len(shadow)) | 1
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
-    return (cv2.dilate(dark, kernel) - cv2.erode(dark, kernel)).astype(np.float32)
+    return _border(dark, int(EDGE * len(shadow)) | 1)
 
 
 def darker_half(albedo: np.ndarray, seen: np.ndarray) -> np.ndarray:
@@ -69,8 +67,7 @@ def odd(gap: np.ndarray) -> np.ndarray:
         gap: of `darkness`.
     """
     width = int(RIM * len(gap)) | 1
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
-    out: np.ndarray = cv2.dilate(np.float32(smoothstep(*ODD, np.abs(gap))), kernel)
+    out: np.ndarray = cv2.dilate(np.float32(smoothstep(*ODD, np.abs(gap))), _disc(width))
     return out
 
 
@@ -82,9 +79,7 @@ def leak(gap: np.ndarray) -> np.ndarray:
     """
     dark = (gap > LOST[1]).astype(np.uint8)
     width = int(2 * RIM * len(gap)) | 1
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
-    rim = (cv2.dilate(dark, kernel) - cv2.erode(dark, kernel)).astype(np.float32)
-    return cv2.GaussianBlur(rim, (0, 0), width / 8)
+    return cv2.GaussianBlur(_border(dark, width), (0, 0), width / 8)
 
 
 def leveled(
@@ -121,3 +116,13 @@ def leveled(
     lost = deep * (1 - face)
     out: np.ndarray = albedo * np.exp(lift)
     return out, known * (1 - lost), lift @ LUMA
+
+
+def _border(dark: np.ndarray, width: int) -> np.ndarray:
+    """1 where a mask [T, T] uint8 ends, half the width to both sides, 0 elsewhere."""
+    disc = _disc(width)
+    return (cv2.dilate(dark, disc) - cv2.erode(dark, disc)).astype(np.float32)
+
+
+def _disc(width: int) -> np.ndarray:
+    return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
