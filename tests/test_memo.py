@@ -4,6 +4,7 @@ import gc
 from dataclasses import dataclass
 
 import numpy as np
+import pytest
 
 from bakery.memo import once_per_object
 from bakery.parallel import side_by_side
@@ -41,6 +42,22 @@ def test_objects_share_what_stands_for_them():
     assert value_of(one) is value_of(two)
     assert value_of(Thing(mean=mean.copy(), value=3)) == [3]
     assert calls == [1, 3]
+
+
+def test_what_it_takes_besides_has_its_own():
+    calls = []
+
+    @once_per_object
+    def scaled(thing, factor, name="a"):
+        calls.append((thing.value, factor, name))
+        return [thing.value * factor]
+
+    one, two = Thing(value=1), Thing(value=2)
+    assert [scaled(one, 3), scaled(one, 5), scaled(two, 3), scaled(one, 3)] == [[3], [5], [6], [3]]
+    assert scaled(one, 3) is scaled(one, 3) and scaled(one, 3, "b") is not scaled(one, 3)
+    assert calls == [(1, 3, "a"), (1, 5, "a"), (2, 3, "a"), (1, 3, "b")]
+    with pytest.raises(AssertionError, match="by place"):
+        scaled(one, factor=3)
 
 
 def test_what_is_gone_is_let_go():

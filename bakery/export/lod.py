@@ -7,7 +7,7 @@ import numpy as np
 
 from bakery.export.glb import Surface
 from bakery.geometry.mesh import closest_barycentric, vertex_normals
-from bakery.heads.base import CARDS, PROXIES
+from bakery.heads.base import CARDS, PROXIES, gaze_of
 from bakery.heads.lashes import card_rectangle
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
@@ -57,12 +57,11 @@ def _on_own_picture(piece, box):
 
 def shape_displacements(head, neutral):
     """What each expression at weight 1 does to a neutral shape [V, 3]: [E, V, 3] mm, eyes turned."""
-    return np.stack(
-        [
-            head.vertices(neutral, one) - neutral
-            for one in np.eye(len(EXPRESSIONS), dtype=np.float32)
-        ]
-    )
+    shapes = head.expression_basis.copy()
+    for index, one in enumerate(np.eye(len(EXPRESSIONS), dtype=np.float32)):
+        if gaze_of(one).any():
+            shapes[index] = head.vertices(neutral, one) - neutral
+    return shapes
 
 
 def cut_surface(head, neutral, shapes, name, parts):

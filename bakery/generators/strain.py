@@ -12,6 +12,7 @@ from bakery.geometry.delaunay import delaunay
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import interpolate
 from bakery.landmarks import EYES, FACE, LIPS_INNER
+from bakery.memo import once_per_object
 
 CHANNELS = 2  # across the face and along it
 FULL = 0.4  # log of the stretch that a byte reaches
@@ -95,9 +96,6 @@ class _Strain:
         return (total / np.maximum(mass, 1e-6)[:, None]).astype(np.float32)
 
 
+@once_per_object
 def _model(head):
-    """The _Strain of a head, built once and kept on it."""
-    kept = head.__dict__.get("_strain")
-    if kept is None:
-        kept = head.__dict__["_strain"] = _Strain(head)
-    return kept
+    return _Strain(head)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from bakery.geometry.sample import bilinear
+from bakery.memo import once_per_object
 from bakery.synth.chart import SIDES, chart_of
 from bakery.synth.hair import hair_color
 from bakery.synth.noise import gradient_noise
@@ -10,6 +11,11 @@ from bakery.synth.skin import brow_mask, design_skin, shade_inputs
 
 DENSITY = 2.0  # pixels a mm of the chart
 RESTING = 0.55  # of the lines of age: in the quick painter's light they look deeper
+
+
+@once_per_object
+def _chart(head):
+    return chart_of(head, DENSITY)
 
 
 def painted(stage, traits):
@@ -23,7 +29,7 @@ def painted(stage, traits):
         albedo [T, T, 3] float32, roughness [T, T] float32, resting relief [N] mm at the skin's rows.
     """
     atlas, head = stage.atlas, stage.head
-    chart = head.__dict__.setdefault("_pair_chart", chart_of(head, DENSITY))
+    chart = _chart(head)
     points = atlas.at(head.mean)[stage.skin_rows]
     maps = design_skin(chart, traits, chart.blank())
     albedo, rough, _, cavity, _ = shade_inputs(chart, maps, traits, points, hair_color(traits))

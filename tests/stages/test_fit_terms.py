@@ -84,7 +84,7 @@ def plane_level():
 
 def test_photo_jacobian(head, model, camera, shape):
     basis = load_albedo()
-    samples = fit_samples.choose_samples(head, model, basis, 60)
+    samples = fit_samples.choose_samples(head, model.modes, basis, 60)
     light = basis.light + np.random.default_rng(0).normal(size=(9, 3)) * 0.05
     look = fit_photo.Appearance(light, np.full(len(basis.modes), 0.2))
     level = plane_level()
@@ -132,7 +132,7 @@ def test_sampling_a_plane_is_exact():
 
 def test_samples_are_in_front_and_spread(head, model, camera, shape):
     basis = load_albedo()
-    few = fit_samples.choose_samples(head, model, basis, 200)
+    few = fit_samples.choose_samples(head, model.modes, basis, 200)
     assert 100 < len(few.corners) <= 200
     centers = head.mean[few.corners].mean(1)
     assert np.abs(centers[:, 0].mean()) < 5 and centers[:, 2].min() > -75

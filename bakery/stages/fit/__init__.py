@@ -11,6 +11,7 @@ from bakery.errors import FitError, UsageProblem
 from bakery.geometry import camera as cameras
 from bakery.geometry import harmonics
 from bakery.heads.base import HeadModel, look
+from bakery.memo import once_per_object
 from bakery.settings import Settings, setting
 from bakery.stages.fit.albedo import load_albedo
 from bakery.stages.fit.diagnostics import diagnose
@@ -76,12 +77,10 @@ class Face:
     labels: np.ndarray | None = None  # [H, W] uint8 into segment.LABELS; None: not known
 
 
+@once_per_object
 def landmark_model(head, modes):
-    """The head's LandmarkModel, built once and kept on it."""
-    kept = head.__dict__.get("_landmark_model")
-    if kept is None or kept.modes != min(modes, len(head.identity_basis)):
-        kept = head.__dict__["_landmark_model"] = LandmarkModel(head, modes)
-    return kept
+    """The head's LandmarkModel of so many modes."""
+    return LandmarkModel(head, modes)
 
 
 def prepare(head: HeadModel, options: FitOptions = FitOptions()) -> None:
@@ -91,7 +90,7 @@ def prepare(head: HeadModel, options: FitOptions = FitOptions()) -> None:
     if options.photometric:
         basis = load_albedo()
         for count in options.level_samples:
-            choose_samples(head, landmark_model(head, options.modes), basis, count)
+            choose_samples(head, landmark_model(head, options.modes).modes, basis, count)
 
 
 def focal_length(photo: Photo, size: float, options: FitOptions) -> tuple[float, str]:

@@ -13,6 +13,7 @@ import numpy as np
 from bakery import landmarks as marks
 from bakery.formats.tensors import reading
 from bakery.geometry.sample import bilinear
+from bakery.memo import once_per_object
 from bakery.paths import ASSETS
 from bakery.stages.fit.warp import kernel, opened
 
@@ -22,7 +23,7 @@ ANGLE = np.radians(80.0)  # half the chart's width
 TOP, BOTTOM = 90.0, -105.0  # mm, the chart's height
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class AlbedoBasis:
     """Mean and modes of skin albedo, linear Rec.709."""
 
@@ -55,7 +56,10 @@ def cylinder(points):
 
 
 def chart(head, layout):
-    """Chart coordinates [V, 2] of every vertex of a head: its landmarks fall on the layout."""
+    """Chart coordinates [V, 2] of every vertex of a head: its landmarks fall on the layout.
+
+    Only skin is moved there; teeth, eyes and lashes stay where the cylinder has them.
+    """
     mean = head.mean.astype(np.float64)
     apart = opened(head)  # lips and lids of the chart must not mix
     corners = head.landmark_vertices[: marks.FACE]
@@ -68,28 +72,24 @@ def chart(head, layout):
     points = at_landmarks(apart)
     gram = kernel(points, points) + 1e-2 * np.eye(marks.FACE)
     weight = np.linalg.solve(gram, miss).astype(np.float32)
-    return cylinder(mean) + kernel(apart.astype(np.float32), points) @ weight
+    out, skin = cylinder(mean), head.part_vertices("skin")
+    out[skin] += kernel(apart[skin].astype(np.float32), points) @ weight
+    return out
 
 
+@once_per_object
 def vertex_chart(head, basis):
-    """`chart` of a head on a basis's layout, computed once and kept on the head."""
-    kept = head.__dict__.get("_vertex_chart")
-    if kept is None or kept[0] is not basis:
-        kept = head.__dict__["_vertex_chart"] = (basis, chart(head, basis.layout))
-    return kept[1]
+    """`chart` of a head on a basis's layout."""
+    return chart(head, basis.layout)
 
 
+@once_per_object
 def vertex_albedo(head, basis):
-    """The basis at the vertices of a head, computed once and kept on it.
+    """The basis at the vertices of a head.
 
     Returns:
         mean [V, 3] and modes [A, V, 3], linear. Only skin means anything.
     """
-    kept = head.__dict__.get("_vertex_albedo")
-    if kept is None or kept[0] is not basis:
-        size = basis.mean.shape[0]
-        points = np.clip(vertex_chart(head, basis), 0, 1) * size
-        mean = bilinear(basis.mean, points)
-        modes = np.stack([bilinear(mode, points) for mode in basis.modes])
-        kept = head.__dict__["_vertex_albedo"] = (basis, mean, modes)
-    return kept[1:]
+    points = np.clip(vertex_chart(head, basis), 0, 1) * basis.mean.shape[0]
+    mean = bilinear(basis.mean, points)
+    return mean, np.stack([bilinear(mode, points) for mode in basis.modes])

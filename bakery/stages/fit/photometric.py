@@ -218,7 +218,7 @@ def fit_photo(head, model, camera, shape, photo, points, confidence, skin, basis
     taken, residual = [], None
     levels = pyramid(photo, points, skin, options.level_widths)
     for level, steps, count in zip(levels, options.level_steps, options.level_samples):
-        energy.look_at(level, choose_samples(head, model, basis, count), state)
+        energy.look_at(level, choose_samples(head, model.modes, basis, count), state)
         if energy.trust.sum() < LEAST_SAMPLES:
             break
         if not taken:

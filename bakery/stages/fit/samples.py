@@ -10,6 +10,7 @@ from bakery.geometry import camera as cameras
 from bakery.geometry import mesh
 from bakery.geometry.color import to_linear
 from bakery.geometry.raster import rasterize
+from bakery.memo import once_per_object
 from bakery.stages.fit import albedo as fit_albedo
 from bakery.stages.fit import expressions as groups
 
@@ -53,28 +54,26 @@ class Level:
     scale: float  # pixels of this level per pixel of the photo
 
 
-def choose_samples(head, model, basis, count):
-    """Spread about `count` sample faces evenly over the skin inside the landmarks, once a head."""
-    kept = head.__dict__.setdefault("_photo_samples", {})
-    key = (count, model.modes, id(basis))
-    if key not in kept:
-        chosen = _even_faces(head, basis, count)
-        mean, modes = fit_albedo.vertex_albedo(head, basis)
-        moves = np.concatenate(
-            [head.identity_basis[: model.modes], head.expression_basis[groups.FITTED]]
-        )[:, chosen]  # [P, N, 3, 3]
-        kept[key] = Samples(
-            corners=chosen,
-            basis=np.ascontiguousarray(
-                moves.transpose(1, 2, 3, 0).reshape(len(chosen), 9, -1), np.float32
-            ),
-            albedo_mean=mean[chosen].mean(1).astype(np.float32),
-            albedo_modes=np.ascontiguousarray(
-                modes[:, chosen].mean(2).transpose(1, 2, 0), np.float32
-            ),
-            plain=plain_skin(fit_albedo.vertex_chart(head, basis)[chosen].mean(1), basis.layout),
-        )
-    return kept[key]
+@once_per_object
+def choose_samples(head, modes, basis, count):
+    """Spread about `count` sample faces evenly over the skin inside the landmarks.
+
+    Args:
+        modes: of identity that they know.
+    """
+    chosen = _even_faces(head, basis, count)
+    mean, colours = fit_albedo.vertex_albedo(head, basis)
+    moves = np.concatenate([head.identity_basis[:modes], head.expression_basis[groups.FITTED]])
+    moves = moves[:, chosen]  # [P, N, 3, 3]
+    moves = moves.transpose(1, 2, 3, 0).reshape(len(chosen), 9, -1)
+    colours = colours[:, chosen].mean(2).transpose(1, 2, 0)
+    return Samples(
+        corners=chosen,
+        basis=np.ascontiguousarray(moves, np.float32),
+        albedo_mean=mean[chosen].mean(1).astype(np.float32),
+        albedo_modes=np.ascontiguousarray(colours, np.float32),
+        plain=plain_skin(fit_albedo.vertex_chart(head, basis)[chosen].mean(1), basis.layout),
+    )
 
 
 def _even_faces(head, basis, count):

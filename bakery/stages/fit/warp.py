@@ -8,6 +8,7 @@ import numpy as np
 from bakery import landmarks as marks
 from bakery.geometry import mesh
 from bakery.heads.base import HeadModel
+from bakery.memo import once_per_object
 from bakery.types import EXPRESSION_INDEX
 
 REACH = 22.0  # mm, length scale of the displacement field; three of them away it is nearly gone
@@ -99,15 +100,9 @@ class WarpWeights:
     faces: np.ndarray  # [F', 3] the faces of skin that could fold, into `skin`
 
 
+@once_per_object
 def warp_weights(head):
-    """WarpWeights of a head, computed once and kept on it."""
-    kept = head.__dict__.get("_warp_weights")
-    if kept is None:
-        kept = head.__dict__["_warp_weights"] = _build(head)
-    return kept
-
-
-def _build(head):
+    """WarpWeights of a head."""
     vertices = opened(head)
     corners = head.landmark_vertices[: marks.FACE]
     weight = head.landmark_barycentric[: marks.FACE].astype(np.float64)
