@@ -7,31 +7,39 @@ to be laid is the topmost one: what lies below many others is not looked at.
 
 import numpy as np
 
-from bakery.geometry.color import to_encoded
+from bakery.geometry.color import to_encoded, to_linear
 from bakery.runtime.kernels import inside, jit
 
 CLEAR = np.float32(1e-3)  # less alpha, or less of what is behind, is not drawn: a quarter of a byte
 
 
+TILE = 16  # samples on a side of the squares in which a face may be behind all that is seen
 STEPS = 4096
-ENCODED = to_encoded(np.arange(STEPS + 1) / STEPS)  # between its entries within 2e-5
+STEP = np.arange(STEPS + 1) / STEPS
+ENCODED = to_encoded(STEP).astype(np.float32)  # between its entries within 2e-5
+DECODED = to_linear(STEP).astype(np.float32)  # within 2e-7
+
+
+@jit
+def _looked_up(table: np.ndarray, value: np.float32) -> np.float32:
+    place = min(max(value, np.float32(0)), np.float32(1)) * np.float32(STEPS)
+    low = np.uint64(min(int(place), STEPS - 1))
+    between: np.float32 = table[low] + (table[low + np.uint64(1)] - table[low]) * (
+        place - np.float32(low)
+    )
+    return between
 
 
 @jit
 def encode(value: np.float32) -> np.float32:
     """Scene-linear to sRGB, one number; see `geometry.color`."""
-    place = min(max(value, np.float32(0)), np.float32(1)) * np.float32(STEPS)
-    low = min(int(place), STEPS - 1)
-    between: np.float32 = ENCODED[low] + (ENCODED[low + 1] - ENCODED[low]) * (place - low)
-    return between
+    return _looked_up(ENCODED, value)
 
 
 @jit
 def decode(value: np.float32) -> np.float32:
     """sRGB to scene-linear, one number."""
-    if value <= np.float32(0.04045):
-        return value / np.float32(12.92)
-    return ((value + np.float32(0.055)) / np.float32(1.055)) ** np.float32(2.4)
+    return _looked_up(DECODED, value)
 
 
 @jit
@@ -41,6 +49,90 @@ def clear(out: np.ndarray, samples: int, box: tuple[int, int, int, int]) -> None
         for column in range(box[2] * samples, box[3] * samples):
             out[row, column, 0] = out[row, column, 1] = out[row, column, 2] = 0
             out[row, column, 3] = out[row, column, 4] = 1
+
+
+@jit
+def _lay_face(
+    pixels: np.ndarray,
+    inverse: np.ndarray,
+    face: np.ndarray,
+    corners: np.ndarray,
+    weight: np.float32,
+    texture: np.ndarray,
+    best: np.ndarray,
+    bounds: tuple[int, int, int, int],
+    hides: bool,
+    out: np.ndarray,
+) -> None:
+    """One face of `lay_cards`.
+
+    Args:
+        bounds: (top, bottom, left, right): the first and last rows and columns that it may cover.
+    """
+    height, width = texture.shape[:2]
+    a, b, c = face[0], face[1], face[2]
+    ax, ay = pixels[a, 0], pixels[a, 1]
+    bx, by = pixels[b, 0], pixels[b, 1]
+    cx, cy = pixels[c, 0], pixels[c, 1]
+    area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+    if area == 0:
+        return
+    left, right = bounds[2], bounds[3]
+    steps = ((by - cy) / area, (cy - ay) / area, (ay - by) / area)
+    # Over depth, all that is linear on the face is linear in the picture.
+    wa, wb, wc = inverse[a], inverse[b], inverse[c]
+    further = steps[0] * wa + steps[1] * wb + steps[2] * wc
+    u = (corners[0, 0] * wa, corners[1, 0] * wb, corners[2, 0] * wc)
+    v = (corners[0, 1] * wa, corners[1, 1] * wb, corners[2, 1] * wc)
+    u_further = steps[0] * u[0] + steps[1] * u[1] + steps[2] * u[2]
+    v_further = steps[0] * v[0] + steps[1] * v[1] + steps[2] * v[2]
+    x = left + 0.5
+    for row in range(bounds[0], bounds[1] + 1):
+        y = row + 0.5
+        la = ((bx - x) * (cy - y) - (cx - x) * (by - y)) / area
+        lb = ((cx - x) * (ay - y) - (ax - x) * (cy - y)) / area
+        lc = 1 - la - lb
+        first, last = inside((la, lb, lc), steps, right - left)
+        near_first = la * wa + lb * wb + lc * wc
+        u_first = la * u[0] + lb * u[1] + lc * u[2]
+        v_first = la * v[0] + lb * v[1] + lc * v[2]
+        here = np.uint64(row)
+        for step in range(first, last + 1):
+            column = np.uint64(left + step)
+            near = near_first + step * further
+            if near <= best[here, column]:
+                continue
+            through = out[here, column, 3]
+            if through < CLEAR:
+                continue
+            depth = 1 / near
+            across = (u_first + step * u_further) * depth - 0.5
+            down = (v_first + step * v_further) * depth - 0.5
+            i, j = int(np.floor(down)), int(np.floor(across))
+            s, t = np.float32(across - j), np.float32(down - i)
+            i0 = np.uint64(min(max(i, 0), height - 1))
+            i1 = np.uint64(min(max(i + 1, 0), height - 1))
+            j0 = np.uint64(min(max(j, 0), width - 1))
+            j1 = np.uint64(min(max(j + 1, 0), width - 1))
+            q, e = s - s * t, s * t
+            p, r = 1 - t - q, t - e
+            whole = (
+                p * texture[i0, j0, 3] + q * texture[i0, j1, 3]
+                + r * texture[i1, j0, 3] + e * texture[i1, j1, 3]
+            )  # fmt: skip
+            if whole < CLEAR:
+                continue
+            opacity = min(whole, np.float32(1)) * weight
+            straight, laid = np.float32(1) / whole, through * opacity
+            for k in range(3):
+                own = (
+                    p * texture[i0, j0, k] + q * texture[i0, j1, k]
+                    + r * texture[i1, j0, k] + e * texture[i1, j1, k]
+                )  # fmt: skip
+                out[here, column, k] += laid * encode(own * straight)
+            out[here, column, 3] = through * (1 - opacity)
+            if hides:
+                out[here, column, 4] *= 1 - opacity
 
 
 @jit
@@ -72,77 +164,42 @@ def lay_cards(
             the share of what is behind that comes through, and that of those that hide alone;
             begin with `clear`.
     """
-    height, width = texture.shape[:2]
+    farthest = _farthest(best, samples, box)
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        wa, wb, wc = inverse[a], inverse[b], inverse[c]
-        if wa <= 0 or wb <= 0 or wc <= 0:
+        near, least = (
+            max(inverse[a], inverse[b], inverse[c]),
+            min(inverse[a], inverse[b], inverse[c]),
+        )
+        if least <= 0:
             continue
-        ax, ay = pixels[a, 0], pixels[a, 1]
-        bx, by = pixels[b, 0], pixels[b, 1]
-        cx, cy = pixels[c, 0], pixels[c, 1]
-        area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-        if area == 0:
-            continue
+        (ax, ay), (bx, by), (cx, cy) = pixels[a], pixels[b], pixels[c]
         left = max(box[2] * samples, int(np.ceil(min(ax, bx, cx) - 0.5)))
         right = min(box[3] * samples - 1, int(np.floor(max(ax, bx, cx) - 0.5)))
         top = max(box[0] * samples, int(np.ceil(min(ay, by, cy) - 0.5)))
         bottom = min(box[1] * samples - 1, int(np.floor(max(ay, by, cy) - 0.5)))
-        if left > right:
+        if left > right or top > bottom:
             continue
-        steps = ((by - cy) / area, (cy - ay) / area, (ay - by) / area)
-        x = left + 0.5
-        for row in range(top, bottom + 1):
-            y = row + 0.5
-            la = ((bx - x) * (cy - y) - (cx - x) * (by - y)) / area
-            lb = ((cx - x) * (ay - y) - (ax - x) * (cy - y)) / area
-            lc = 1 - la - lb
-            first, last = inside((la, lb, lc), steps, right - left)
-            for step in range(first, last + 1):
-                column = np.uint64(left + step)
-                through = out[row, column, 3]
-                if through < CLEAR:
-                    continue
-                a_share = (la + step * steps[0]) * wa
-                b_share = (lb + step * steps[1]) * wb
-                c_share = (lc + step * steps[2]) * wc
-                near = a_share + b_share + c_share
-                if near <= best[row, column]:
-                    continue
-                a_share, b_share, c_share = a_share / near, b_share / near, c_share / near
-                u = (
-                    a_share * corners[f, 0, 0]
-                    + b_share * corners[f, 1, 0]
-                    + c_share * corners[f, 2, 0]
-                )
-                v = (
-                    a_share * corners[f, 0, 1]
-                    + b_share * corners[f, 1, 1]
-                    + c_share * corners[f, 2, 1]
-                )
-                u, v = u - 0.5, v - 0.5
-                i, j = int(np.floor(v)), int(np.floor(u))
-                s, t = np.float32(u - j), np.float32(v - i)
-                i0, i1 = min(max(i, 0), height - 1), min(max(i + 1, 0), height - 1)
-                j0, j1 = min(max(j, 0), width - 1), min(max(j + 1, 0), width - 1)
-                p, q = (1 - s) * (1 - t), s * (1 - t)
-                r, e = (1 - s) * t, s * t
-                opacity = (
-                    p * texture[i0, j0, 3] + q * texture[i0, j1, 3]
-                    + r * texture[i1, j0, 3] + e * texture[i1, j1, 3]
-                )  # fmt: skip
-                if opacity < CLEAR:
-                    continue
-                whole, opacity = opacity, min(opacity, np.float32(1)) * weights[f]
-                for k in range(3):
-                    own = (
-                        p * texture[i0, j0, k] + q * texture[i0, j1, k]
-                        + r * texture[i1, j0, k] + e * texture[i1, j1, k]
-                    )  # fmt: skip
-                    out[row, column, k] += through * opacity * encode(own / whole)
-                out[row, column, 3] = through * (1 - opacity)
-                if hides:
-                    out[row, column, 4] *= 1 - opacity
+        tiles = farthest[top // TILE : bottom // TILE + 1, left // TILE : right // TILE + 1]
+        if near > tiles.min():
+            _lay_face(
+                pixels, inverse, faces[f], corners[f], weights[f], texture, best,
+                (top, bottom, left, right), hides, out,
+            )  # fmt: skip
+
+
+@jit
+def _farthest(best: np.ndarray, samples: int, box: tuple[int, int, int, int]) -> np.ndarray:
+    """The least of `best` in each square of TILE samples that the box touches; see `lay_cards`.
+
+    A face that is farther than all of it there, as most on the back of a head, is not looked at.
+    """
+    found = np.full((best.shape[0] // TILE + 1, best.shape[1] // TILE + 1), np.float32(np.inf))
+    for row in range(box[0] * samples, box[1] * samples):
+        for column in range(box[2] * samples, box[3] * samples):
+            tile = row // TILE, column // TILE
+            found[tile] = min(found[tile], best[row, column])
+    return found
 
 
 @jit
