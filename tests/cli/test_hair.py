@@ -9,7 +9,11 @@ from bakery.formats.record import read_textures
 
 SAMPLES = Path(__file__).resolve().parents[2] / "samples"
 ANNA = SAMPLES / "anna.jpg", SAMPLES / "anna.json"
-SMALL = ["--preset", "small", "--set", "texture.mouths=1", "--set", "texture.views=[0.0]"]
+FEW = Path(__file__).parents[1] / "few.toml"
+SMALL = [
+    "--preset", "small", "--expressions", FEW, "--set", "texture.views=[0.0]",
+    "--generator", "rendered",
+]  # fmt: skip
 
 
 def test_a_file_of_hair(bakery, tmp_path):
