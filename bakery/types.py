@@ -190,6 +190,10 @@ class HairMesh:
         check_array("HairMesh.card", self.card, (corners,), low=-1)
         check_array("HairMesh.levels", self.levels, (corners,), low=0, high=7)
         check_array("HairMesh.hang", self.hang, (points,), low=0, high=1)
+        for name in ("faces", "kind", "card", "levels"):
+            if getattr(self, name).dtype.kind not in "iu":
+                found = getattr(self, name).dtype
+                raise ValueError(f"HairMesh.{name}: {found}, needs whole numbers")
         check_shape("HairMesh.texture", self.texture, (side, side, 4))
         check_shape("HairMesh.direction", self.direction, (side, side, 2))
         check_shape("HairMesh.root_to_tip", self.root_to_tip, (side, side))

@@ -241,6 +241,7 @@ def test_hair_with_volume_stands_beside_the_textures(tmp_path):
         ("faces", np.int32([[0, 1, 4], [1, 3, 2]])), ("kind", np.uint8([0, 3])),
         ("card", np.int32([-1])), ("hang", np.float32([0, 0, 0, 2])),
         ("vertices", np.full((4, 3), np.nan, np.float32)), ("source", np.ones((3, 2), np.uint8)),
+        ("levels", np.float32([7, 1])),
     ],
 )  # fmt: skip
 def test_hair_that_does_not_go_together_is_refused(tmp_path, name, value):

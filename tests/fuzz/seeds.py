@@ -21,7 +21,17 @@ from bakery.heads.base import FOLLOW, PARTS, HeadModel
 from bakery.heads.file import load_head, save_head
 from bakery.runtime.avatar import Avatar
 from bakery.stages.texture.mouth import mouth_landmarks
-from bakery.types import EXPRESSIONS, LANDMARKS, Camera, Fit, Landmarks, Maker, Photo, Textures
+from bakery.types import (
+    EXPRESSIONS,
+    LANDMARKS,
+    Camera,
+    Fit,
+    HairMesh,
+    Landmarks,
+    Maker,
+    Photo,
+    Textures,
+)
 
 SIZE = 16  # texels a side
 
@@ -73,6 +83,27 @@ def head():
     )  # fmt: skip
 
 
+def hair():
+    """Hair with volume of six faces: a cap, a card and a fringe of two each, on an atlas of noise."""
+    rng = np.random.default_rng(9)
+    square = np.array([[-1, 1], [1, 1], [-1, -1], [1, -1]])
+    quad = np.array([[0, 2, 1], [1, 2, 3]])
+    places = [[[x * 60, 110 + y * 30, 40 + 5 * card] for x, y in square] for card in range(3)]
+    return HairMesh(
+        vertices=np.concatenate(places).astype(np.float32),
+        faces=np.concatenate([quad + 4 * card for card in range(3)]).astype(np.int32),
+        uv=np.tile((square + 1) / 2, (3, 1)).astype(np.float32),
+        kind=np.repeat([0, 1, 2], 2).astype(np.uint8),
+        card=np.repeat([-1, 0, 1], 2).astype(np.int32),
+        levels=np.repeat([7, 3, 1], 2).astype(np.uint8),
+        hang=rng.random(12).astype(np.float32),
+        texture=rng.random((SIZE, SIZE, 4)).astype(np.float16),
+        direction=rng.random((SIZE, SIZE, 2)).astype(np.float16),
+        root_to_tip=rng.random((SIZE, SIZE)).astype(np.float16),
+        source=rng.integers(0, 5, (SIZE, SIZE)).astype(np.uint8),
+    )
+
+
 def textures(model):
     """Textures of noise."""
     rng = np.random.default_rng(1)
@@ -97,6 +128,7 @@ def textures(model):
         mouth_weights=poses,
         maker=Maker("rendered", "0.1", "0" * 64, "compositeSynthetic"),
         made_from="1" * 64,
+        hair_mesh=hair(),
     )
 
 
@@ -141,7 +173,8 @@ def npz(folder):
     painted = record.textures_to_arrays(textures(model))
     save_head(folder / f"{model.name}.npz", model)
     record.write_arrays(folder / "textures.npz", painted)
-    np.savez_compressed(folder / "deflated.npz", **painted)
+    bald = {name: array for name, array in painted.items() if not name.startswith("hair_mesh")}
+    np.savez_compressed(folder / "deflated.npz", **bald)
     masks = np.random.default_rng(3).random((52, 8, 8), np.float32)
     record.write_arrays(folder / "masks.npz", {"masks": masks, "head": np.array(model.digest)})
 
