@@ -7,6 +7,14 @@ from typing import Any
 from bakery.errors import ModelError, no_such
 from bakery.types import Maker
 
+# What the Protocol of a group asks for (tests/test_plugin.py compares); heads and commands have none.
+ASKED = {
+    "detectors": ("name", "sha256", "detect"),
+    "generators": ("name", "source_type", "sha256", "generate"),
+    "hair": ("name", "sha256", "layer", "mesh"),
+    "exporters": ("name", "sha256", "suffix", "place", "export"),
+}
+
 
 def known(group: str) -> dict[str, EntryPoint]:
     """The plug-ins of a group, such as "generators", by name."""
@@ -26,8 +34,7 @@ def loaded(group: str, name: str) -> Any:
     try:
         return found[name].load()
     except (ImportError, AttributeError, SyntaxError) as error:
-        dist = found[name].dist
-        package = dist.name if dist else "an unknown package"
+        package = _package(found[name])
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:160]
         raise ModelError(
             f"{kind} '{name}' of {package} cannot be loaded ({reason}); mend or uninstall {package}"
@@ -39,9 +46,20 @@ def plug_in(group: str, name: str) -> Any:
     """A plug-in, made: what its entry point names, called.
 
     Raises:
-        UsageProblem, ModelError: see `loaded`.
+        UsageProblem, ModelError: see `loaded`; or it lacks what its group asks for.
     """
-    return loaded(group, name)()
+    made = loaded(group, name)()
+    lacks = [word for word in ASKED.get(group, ()) if not hasattr(made, word)]
+    if lacks:
+        raise ModelError(
+            f"{group.removesuffix('s')} '{name}' of {_package(known(group)[name])} lacks "
+            f"{', '.join(lacks)}: made for another version of bakery? See docs/plug-ins.md"
+        )
+    return made
+
+
+def _package(entry: EntryPoint) -> str:
+    return entry.dist.name if entry.dist else "an unknown package"
 
 
 def maker_of(group: str, made: Any) -> Maker:

@@ -4,13 +4,19 @@ import json
 import os
 import shutil
 import sys
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
-from bakery import testing
+from bakery import plugins, testing
+from bakery.detectors.base import Detector
+from bakery.errors import ModelError
+from bakery.exporters.base import Exporter
+from bakery.generators.base import Generator
+from bakery.hair.base import Hair
 
 HERE = Path(__file__).parent / "plugin"
 FEW = Path(__file__).parent / "few.toml"
@@ -125,3 +131,25 @@ def test_a_plug_in_that_cannot_be_loaded_is_one_line(process, portrait, installe
     assert "generator 'broken' of bakery-example cannot be loaded" in done.stderr
     done = process("build", portrait[0], "-o", tmp_path / "a", "--generator", "stil", env=installed)
     assert done.returncode == 2 and "did you mean 'still'?" in done.stderr
+
+
+@pytest.mark.parametrize("group", plugins.ASKED)
+def test_what_is_asked_of_a_plug_in_is_its_protocol(group):
+    kind = {"detectors": Detector, "generators": Generator, "hair": Hair, "exporters": Exporter}
+    protocol = kind[group]
+    methods = {name for name in vars(protocol) if not name.startswith("_")}
+    assert set(plugins.ASKED[group]) == set(protocol.__annotations__) | methods
+
+
+def test_a_plug_in_of_another_version_is_one_line(monkeypatch):
+    class Old:
+        """Hair as it was before it had volume."""
+
+        name, sha256 = "old", ""
+        layer = None
+
+    monkeypatch.setattr(plugins, "loaded", lambda group, name: Old)
+    entry = EntryPoint("old", "old_hair:Old", "bakery.hair")
+    monkeypatch.setattr(plugins, "known", lambda group: {"old": entry})
+    with pytest.raises(ModelError, match="^hair 'old' of an unknown package lacks mesh: "):
+        plugins.plug_in("hair", "old")

@@ -34,15 +34,14 @@ class HairLayer:
         head: HeadModel,
         neutral: np.ndarray,
     ) -> HairMesh | None:
-        """None: all hair is on the skin."""
+        """None: what there is is on the skin."""
         return None
 
 
-class NoHair:
+class NoHair(HairLayer):
     """A bald head, for hair that is made elsewhere. See bakery.hair.base.Hair."""
 
     name = "none"
-    sha256 = ""
 
     def layer(
         self,
@@ -54,14 +53,3 @@ class NoHair:
     ) -> np.ndarray:
         """See bakery.hair.base.Hair."""
         return np.zeros((atlas.size, atlas.size, 4), np.float32)
-
-    def mesh(
-        self,
-        photo: Photo,
-        segmentation: Segmentation,
-        fit: Fit,
-        head: HeadModel,
-        neutral: np.ndarray,
-    ) -> HairMesh | None:
-        """None: there is no hair."""
-        return None
