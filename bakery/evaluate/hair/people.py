@@ -1,6 +1,6 @@
 """People whose hair is known from all sides: painted ones, and painted ones in others' hair."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -25,6 +25,7 @@ DETAIL, SHARE, QUALITY = 2.0, 0.4, 0.5  # of a painting, see `synth.render`
 TRIES = 400  # people drawn until one has the style that is wanted
 BARE = "bald"  # the style that has no hair to be measured
 PALEST = 0.25  # reflectance of a mesh, which lets no light into itself as white hair does
+WORN = tuple(style for style in HAIR_STYLES if style != BARE)
 SAMPLES = 2  # a pixel and axis, where meshes are laid over a painting
 
 
@@ -39,11 +40,11 @@ class Person:
     figure: Figure
 
 
-def painted(head: HeadModel, count: int, seed: int = 0) -> Iterator[Person]:
-    """People as the painter draws them, `count` of each style that has hair, seen from the front."""
-    for style in HAIR_STYLES:
-        if style == BARE:
-            continue
+def painted(
+    head: HeadModel, count: int, seed: int = 0, styles: Sequence[str] = WORN
+) -> Iterator[Person]:
+    """People as the painter draws them, `count` of each style, seen from the front."""
+    for style in styles:
         rng = np.random.default_rng([seed, *style.encode()])
         for number in range(count):
             wardrobe = dress(head, _with_style(rng, head, style), DETAIL, SHARE)
