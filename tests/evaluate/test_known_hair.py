@@ -44,12 +44,14 @@ def true(head):
 def test_the_truth_is_like_itself(true):
     found = known.compare(true, known.brought(true, true), 45)
     assert found["iou"] == found["whole"] == 1 and found["depth_mm"] == found["false"] == 0
+    assert found["missing"] == 0
     assert found["bare"] < 0.8  # the shell stands 40 mm off the skull
 
 
 def test_a_head_without_hair_is_its_own_bare_one(true):
     found = known.compare(true, replace(true, hair=None), -60)
     assert found["iou"] == found["bare"] and found["depth_mm"] is None and found["false"] == 0
+    assert found["missing"] == 1
 
 
 @pytest.mark.parametrize("yaw", [0, 90])
@@ -192,7 +194,14 @@ def test_people_that_no_avatar_is_made_of_are_counted(monkeypatch, true):
 
 def test_means_of_both_sides():
     def row(name, iou, bare, depth):
-        value = {"iou": iou, "bare": bare, "whole": iou, "depth_mm": depth, "false": 0.01}
+        value = {
+            "iou": iou,
+            "bare": bare,
+            "whole": iou,
+            "depth_mm": depth,
+            "false": 0.01,
+            "missing": 0.1,
+        }
         return {"person": name, "views": {str(yaw): value for yaw in known.YAWS}}
 
     rows = [row("a", 0.9, 0.8, 4.0) | {"direction": 5.0}, row("b", 0.7, 0.75, None)]

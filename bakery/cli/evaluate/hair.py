@@ -40,7 +40,8 @@ def hair(
     Of known people, from several sides (yaw, degrees): IoU of the silhouettes above the chin,
     "whole" with the hair below it, "bare" of the head without hair, as --hair layer leaves it;
     millimetres between the hair surfaces; "false", share of the free face that hair covers;
-    "direction", mean error of the surer half in the photo, degrees.
+    "missing", share of the true hair that none covers; "direction", mean error of the surer half in
+    the photo, degrees.
 
     \b
     bakery evaluate hair portraits/congress/ --set val --part ""

@@ -90,7 +90,8 @@ def compare(true: Figure, made: Figure, yaw: float) -> dict:
         without hair, which is what `--hair layer` and `--hair none` give; "whole": with the hair
         below the chin; "depth_mm": median distance of the visible hair surfaces along the camera,
         where both have hair, None for less than LEAST pixels; "false": share of the face that true
-        hair leaves free and the avatar's covers}.
+        hair leaves free and the avatar's covers; "missing": share of the true hair above the chin
+        that the avatar's does not cover}.
     """
     camera = view(yaw)
     found = true.fragments(camera)
@@ -99,7 +100,7 @@ def compare(true: Figure, made: Figure, yaw: float) -> dict:
     chin = cameras.project(true.head.landmarks(true.vertices)[CHIN].mean(0), camera)[1]
     above = np.arange(camera.height)[:, None] < chin
     head, bald = np.isfinite(one) & above, np.isfinite(other) & above
-    both = hair.there & mine.there
+    both, locks = hair.there & mine.there, hair.there & above
     apart = np.abs(hair.depth - mine.depth)[both]
     face = (found.face >= 0) & face_triangles(true.head)[found.face] & (hair.cover < SPARSE)
     return {
@@ -108,6 +109,7 @@ def compare(true: Figure, made: Figure, yaw: float) -> dict:
         "whole": overlap(bald | mine.there, head | hair.there),
         "depth_mm": round(float(np.median(apart)), 2) if len(apart) >= LEAST else None,
         "false": round(float((face & mine.there).sum() / max(face.sum(), 1)), 4),
+        "missing": round(float((locks & ~mine.there).sum() / max(locks.sum(), 1)), 4),
     }
 
 
@@ -225,7 +227,9 @@ def summary(rows: list[dict]) -> dict:
         return _mean([row["views"][str(yaw)][name] for yaw in (turn, -turn)])
 
     turns = sorted({abs(yaw) for yaw in YAWS})
-    for names, which in ((("iou", "bare", "whole"), turns), (("depth_mm", "false"), (0, ASIDE))):
+    for names, which in (
+        (("iou", "bare", "whole"), turns), (("depth_mm", "false", "missing"), (0, ASIDE)),
+    ):  # fmt: skip
         for name in names:
             out[name] = {
                 str(turn): _mean([sides(row, name, turn) for row in done]) for turn in which
