@@ -15,7 +15,7 @@ from bakery.geometry.sample import interpolate
 from bakery.heads.base import HeadModel
 from bakery.runtime.hair_cards import hair_cards, hair_layer, paint_cap
 from bakery.synth.strands import Strands, draw_strands
-from bakery.types import Camera, HairMesh
+from bakery.types import Camera, Fragments, HairMesh
 
 SHOWN = ("skin", "eye_left", "eye_right")  # parts of a head that its outline has
 HALF = 0.5  # of a pixel, from which hair covers it
@@ -125,7 +125,7 @@ class Figure:
         """How far the head is [H, W] mm; inf where it is not."""
         return self.fragments(camera).depth
 
-    def fragments(self, camera: Camera):
+    def fragments(self, camera: Camera) -> Fragments:
         """What is seen of the head: Fragments of `faces`."""
         points = cameras.to_camera(np.asarray(self.vertices, np.float64), camera)
         size = (camera.height, camera.width)

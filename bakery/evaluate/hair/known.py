@@ -15,7 +15,7 @@ from bakery.bake.faces import find_faces
 from bakery.bake.fitting import fit_portrait, own_head
 from bakery.errors import BakeryError
 from bakery.evaluate.fitting import similarity
-from bakery.evaluate.hair.drawing import CardHair, Figure
+from bakery.evaluate.hair.drawing import CardHair, Figure, Seen
 from bakery.evaluate.hair.outlines import overlap
 from bakery.evaluate.hair.people import Person
 from bakery.formats.image import write_image
@@ -27,7 +27,7 @@ from bakery.stages.hair.directions import photographed
 from bakery.stages.hair.portrait import look
 from bakery.stages.segment import Segmentation
 from bakery.synth.scene import portrait_camera
-from bakery.types import Camera, Fit
+from bakery.types import Camera, Fit, Fragments
 
 YAWS = (0, 30, -30, 45, -45, 60, -60, 90, -90)  # degrees
 ASIDE = 45  # degrees, of the views that false hair is looked for in
@@ -102,7 +102,7 @@ def compare(true: Figure, made: Figure, yaw: float) -> dict:
     head, bald = np.isfinite(one) & above, np.isfinite(other) & above
     both, locks = hair.there & mine.there, hair.there & above
     apart = np.abs(hair.depth - mine.depth)[both]
-    face = (found.face >= 0) & face_triangles(true.head)[found.face] & (hair.cover < SPARSE)
+    face = free_face(true.head, found, hair)
     return {
         "iou": overlap(bald | (mine.there & above), head | (hair.there & above)),
         "bare": overlap(bald, head | (hair.there & above)),
@@ -111,6 +111,16 @@ def compare(true: Figure, made: Figure, yaw: float) -> dict:
         "false": round(float((face & mine.there).sum() / max(face.sum(), 1)), 4),
         "missing": round(float((locks & ~mine.there).sum() / max(locks.sum(), 1)), 4),
     }
+
+
+def free_face(head: HeadModel, found: Fragments, hair: Seen) -> np.ndarray:
+    """Where a picture shows the face and no hair before it: [H, W] bool.
+
+    Args:
+        found: what is seen of the head, of `Figure.fragments`; hair: what is seen of its hair.
+    """
+    free: np.ndarray = (found.face >= 0) & face_triangles(head)[found.face]
+    return free & (hair.cover < SPARSE)
 
 
 @once_a_mean
@@ -190,7 +200,8 @@ def measure(
 def sheet(person: Person, made: Figure) -> np.ndarray:
     """The portrait and the silhouettes from all sides: [h, w, 3] encoded.
 
-    Grey both, red the truth alone, blue the avatar alone; hair is darker than head.
+    Grey both, red the truth alone, blue the avatar alone; hair is darker than head. Hair that covers
+    the free face is green.
     """
     height = VIEW["height"]
     photo = person.photo.encoded
@@ -203,8 +214,9 @@ def sheet(person: Person, made: Figure) -> np.ndarray:
     ]
     for yaw in sorted(YAWS):
         camera = view(yaw)
-        one, other = person.figure.wall(camera), made.wall(camera)
-        locks = person.figure.seen(camera, one).there, made.seen(camera, other).there
+        found, other = person.figure.fragments(camera), made.wall(camera)
+        one, hair = found.depth, person.figure.seen(camera, found.depth)
+        locks = hair.there, made.seen(camera, other).there
         true, mine = np.isfinite(one) | locks[0], np.isfinite(other) | locks[1]
         picture = np.ones((*one.shape, 3), np.float32)
         picture[true & mine] = 0.75
@@ -212,6 +224,7 @@ def sheet(person: Person, made: Figure) -> np.ndarray:
         picture[mine & ~true] = [0.1, 0.2, 0.9]
         for where, dark in zip(locks, ([0.7, 0.55, 0.55], [0.55, 0.55, 0.75])):
             picture[where] *= dark
+        picture[free_face(person.figure.head, found, hair) & locks[1]] = [0, 0.7, 0]
         parts.append(picture[:, 80:400])
     return np.concatenate(parts, 1)
 
