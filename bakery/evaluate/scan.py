@@ -11,6 +11,7 @@ from bakery.bake.faces import find_faces
 from bakery.bake.fitting import fit_portrait
 from bakery.errors import InputError
 from bakery.evaluate.fitting import fitted_vertices, surface_error
+from bakery.formats.files import read_bytes
 from bakery.formats.image import read_photo, write_image
 from bakery.geometry import camera as cameras
 from bakery.geometry import mesh, rotation
@@ -49,9 +50,22 @@ def read_scan(folder, mesh_name="LeePerrySmith.obj", color_name="Map-COL.jpg"):
     for wanted in (path, picture):
         if not wanted.is_file():
             raise InputError(f"{wanted}: no such file; give the folder of the scan that has it")
+    points, faces, uv, uv_faces = read_obj(path)
+    return Scan(points, faces, uv, uv_faces, to_linear(read_photo(picture).encoded))
+
+
+def read_obj(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Read a textured OBJ of triangles or larger convex faces, which are cut into triangles.
+
+    Returns:
+        vertices [V, 3], triangles [F, 3], uv [U, 2] from the top left, triangles [F, 3] of these.
+
+    Raises:
+        InputError: it cannot be read, or holds no textured face.
+    """
     points, uv, faces, uv_faces = [], [], [], []
     try:
-        for line in path.read_text(encoding="utf-8").splitlines():
+        for line in read_bytes(path).decode().splitlines():
             kind, *words = line.split() or [""]
             if kind == "v":
                 points.append([float(word) for word in words[:3]])
@@ -67,8 +81,7 @@ def read_scan(folder, mesh_name="LeePerrySmith.obj", color_name="Map-COL.jpg"):
         raise InputError(f"{path}: not a textured OBJ ({error})") from error
     if not faces:
         raise InputError(f"{path}: holds no face; an OBJ with v, vt and f is needed")
-    color = to_linear(read_photo(picture).encoded)
-    return Scan(np.array(points), np.array(faces), np.array(uv), np.array(uv_faces), color)
+    return np.array(points), np.array(faces), np.array(uv), np.array(uv_faces)
 
 
 def draw(scan, yaw):

@@ -16,7 +16,7 @@ SAMPLE = Path(__file__).parents[2] / "samples" / "chidi.jpg"
 READ = {  # options that name a file or folder to read
     "landmarks", "fitted", "textures", "masks", "photos", "dense", "backgrounds",
     "expressions", "skins", "pairs", "features", "portraits", "points", "wheel", "curves", "sound", "take",
-    "bank", "file", "finder", "eye", "mouth", "real", "teacher", "weights",
+    "bank", "file", "finder", "eye", "mouth", "real", "teacher", "weights", "meshes",
 }  # fmt: skip
 FILES = {
     "output",

@@ -1,9 +1,13 @@
-"""Measures of hair, and the plain drawing that they look at."""
+"""Hair in the own photo: drawing, means, and the backdrop that an avatar is laid over."""
 
+import cv2
 import numpy as np
 
-from bakery.evaluate.hair import overlap, summary
-from bakery.evaluate.hair_drawing import draw_hair
+from bakery.evaluate.hair.drawing import CardHair, draw_hair
+from bakery.evaluate.hair.outlines import overlap, summary
+from bakery.evaluate.hair.whole import backdrop
+from bakery.evaluate.hair.whole import summary as whole_summary
+from bakery.geometry.color import to_encoded
 from bakery.types import Camera, HairMesh
 
 CAMERA = Camera(100.0, np.array([20.0, 20.0]), np.zeros(3), np.array([0, 0, -100.0]), 40, 40)
@@ -29,14 +33,18 @@ def cards(colors, depths, kind=1):
 
 
 def drawn(mesh, wall=np.inf):
-    return draw_hair(np.zeros((40, 40, 3), np.float32), np.full((40, 40), wall), mesh, CAMERA)
+    """Straight sRGB colour and alpha."""
+    picture = draw_hair(mesh, CAMERA, np.full((40, 40), wall))
+    alpha = picture[..., 3]
+    return to_encoded(picture[..., :3] / np.maximum(alpha, 1e-6)[..., None]), alpha
 
 
 def test_the_nearer_card_lies_over_the_farther_one_in_any_order():
     red, blue = (1, 0, 0, 0.5), (0, 0, 1, 0.5)
     for colors, depths in (((red, blue), (0, 20)), ((blue, red), (20, 0))):
         color, alpha = drawn(cards(colors, depths))
-        np.testing.assert_allclose(color[20, 17], [0.25, 0, 0.5], atol=1e-3)  # mixed in sRGB
+        # Mixed in sRGB: half blue over half red that nothing lies behind.
+        np.testing.assert_allclose(color[20, 17], np.array([0.25, 0, 0.5]) / 0.75, atol=2e-3)
         assert abs(alpha[20, 17] - 0.75) < 1e-3 and alpha[2, 2] == 0
 
 
@@ -45,11 +53,24 @@ def test_what_lies_behind_the_head_is_not_drawn():
     assert drawn(cards([(1, 0, 0, 1)], [0]), wall=110)[1].max() == 1
 
 
-def test_the_cap_hides_cards_behind_it():
+def test_the_cap_is_seen_where_nothing_hides_it():
     cap = cards([(0, 1, 0, 1)], [0], kind=0)
     color, alpha = drawn(cap)
     np.testing.assert_allclose(color[20, 20], [0, 1, 0], atol=1e-3)
     assert alpha[20, 20] == 1
+    assert drawn(cap, wall=90)[1].max() == 0
+
+
+def test_the_depth_of_cards_is_that_of_what_is_seen():
+    """An opaque card hides the depth behind it; a clear one lets half of it through."""
+    wall = np.full((40, 40), np.inf)
+    for kind in (0, 1):
+        seen = CardHair(cards([(1, 1, 1, 1)], [0], kind)).seen(CAMERA, wall)
+        np.testing.assert_allclose(seen.depth[seen.there], 100, atol=0.05)
+    front = CardHair(cards([(1, 1, 1, 1), (1, 1, 1, 1)], [0, 20])).seen(CAMERA, wall)
+    assert abs(front.depth[20, 20] - 80) < 0.05
+    half = CardHair(cards([(1, 1, 1, 1), (1, 1, 1, 0.5)], [0, 20])).seen(CAMERA, wall)
+    assert abs(half.depth[20, 17] - 90) < 0.2 and half.there[20, 17]
 
 
 def test_overlap_and_means():
@@ -62,3 +83,18 @@ def test_overlap_and_means():
     found = summary(rows)
     assert found["iou"] == 0.8 and found["worst"] == "0.7" and found["most_triangles"] == [7, 2, 1]
     assert summary([]) == {"photos": 0}
+    rows = [{"photo": name, "psnr": psnr, "layer": 17.0, "share": 0.9}
+            for name, psnr in (("a", 20.0), ("b", 24.0))]  # fmt: skip
+    assert whole_summary(rows) == {
+        "photos": 2, "psnr": 22.0, "layer": 17.0, "share": 0.9, "worst": "a",
+    }  # fmt: skip
+    assert whole_summary([]) == {"photos": 0}
+
+
+def test_the_backdrop_goes_on_behind_the_person():
+    """A slope of light is found again where a black figure stood, to 2% of the white."""
+    y, x = np.mgrid[:120, :100] / 120
+    plain = np.repeat((0.5 + 0.2 * y + 0.1 * x)[..., None], 3, 2).astype(np.float32)
+    person = cv2.circle(np.zeros((120, 100), np.uint8), (50, 60), 25, 1, -1)
+    photo = np.where(person[..., None] > 0, np.float32(0), plain)
+    assert np.abs(backdrop(photo, person) - plain).mean() < 0.02

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from bakery.evaluate.hair_drawing import draw_hair
+from bakery.evaluate.hair.drawing import draw_hair
 from bakery.geometry import camera as cameras
 from bakery.geometry.raster import rasterize
 from bakery.heads.file import load_head
@@ -79,7 +79,7 @@ def drawn(mesh, head, fit, level=0):
     depth = rasterize(
         cameras.project_camera(points, fit.camera), -points[:, 2], faces, (SIDE, SIDE), cull=True
     ).depth
-    return draw_hair(np.zeros((SIDE, SIDE, 3), np.float32), depth, mesh, fit.camera, level)[1]
+    return draw_hair(mesh, fit.camera, depth, level)[..., 3]
 
 
 @pytest.fixture(scope="module")

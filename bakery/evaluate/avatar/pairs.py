@@ -48,12 +48,14 @@ class Result:
     warp: object  # Score of the plain warp
 
 
-def bake(path, points, head, generator, options):
-    """An avatar in memory: Avatar, Photo."""
+def bake(path, points, head, generator, options, hair=None):
+    """An avatar in memory, its hair a layer unless told: Avatar, Photo."""
     photo = read_photo(path)
     landmarks = landmarks_of(points)
     fit, segmentation = fit_portrait(path, photo, landmarks, head, options)
-    textures = paint(photo, landmarks, fit, segmentation, head, generator, HairLayer(), options)
+    textures = paint(
+        photo, landmarks, fit, segmentation, head, generator, hair or HairLayer(), options
+    )
     own, neutral = own_head(head, fit)
     return Avatar(own, neutral, fit, textures, draw_masks(head, options)), photo
 

