@@ -63,8 +63,9 @@ class Field:
     def outside(self, points: np.ndarray, clearance) -> np.ndarray:
         """Points [n, 3], or [n, K, 3], pushed out of neck, clothes and ears by `clearance` mm."""
         low, high = self.ear
-        far = (((points - (low + high) / 2) / ((high - low) / 2 + 5))[..., 1:] ** 2).sum(-1)
-        wall = low[0] + (high[0] - low[0] + clearance) * np.sqrt(np.clip(1 - far, 0, 1))
+        reach = (high - low) / 2 + [0, 46, 22]  # hair rises gently to the ear
+        far = (((points - (low + high) / 2) / reach)[..., 1:] ** 2).sum(-1)
+        wall = low[0] + (high[0] - low[0] + clearance) * np.clip(1 - far, 0, 1) ** 0.8
         x = points[..., 0]
         out = points.copy()
         covers = (far < 1) & (np.abs(x) > low[0] - 4)

@@ -45,7 +45,7 @@ def scalp_mask(chart, subject):
     broad = chart.blur(rng.normal(size=x.shape).astype(np.float32), 9.0)
     mask = chart.polygon(ring, 3.4)
     mask = smoothstep(
-        0.12, 1.0, mask + 0.13 * x / x.std() * (mask > 0.02) + 0.05 * broad / broad.std()
+        0.15, 0.92, mask + 0.12 * x / x.std() * (mask > 0.02) + 0.05 * broad / broad.std()
     )
     if subject.hair == "thinning":
         gx, gy = chart.grid()

@@ -110,7 +110,7 @@ def people(head):
         "dalia": (
             Subject(
                 104, face("dalia", 104), age=27, melanin=1.25, lip_color=1.6, iris="dark brown",
-                hair="bun", hair_color="black", brow_density=1.0, brow_length=0.95, lash_length=1.25,
+                hair="bun", hair_color="black", hairline=3.0, brow_density=1.0, brow_length=0.95, lash_length=1.25,
                 clothes="turtleneck", cloth_color=np.array([0.33, 0.05, 0.045]),
             ),
             _scene(4, "garden", (0.22, 0.30, 0.20), EXPRESSIVE["smile"], light={"azimuth": 28.0, "warm": 0.6}),

@@ -9,7 +9,7 @@ from bakery.synth.growth import Field, gather, grow, locks_of, stray, tangent, u
 COUNT = {
     "crop": 95000, "side_part": 110000, "swept_back": 105000, "receding": 80000, "thinning": 45000,
     "curly": 90000, "afro": 52000, "bob": 110000, "fringe": 110000, "long": 100000,
-    "long_wavy": 100000, "curls": 80000, "pulled_back": 110000, "ponytail": 110000, "bun": 110000,
+    "long_wavy": 80000, "curls": 80000, "pulled_back": 110000, "ponytail": 110000, "bun": 110000,
     "bald": 26000,
 }  # fmt: skip
 BROAD, FINE = 260, 2600  # locks of the whole head
@@ -116,7 +116,7 @@ FALLS = {
     "fringe": Fall(34.0, part=0.0, lift=8.0, fringe=1.0, height=0.8, inward=0.2),
     "long": Fall(150.0, part=10.0, lift=8.0, height=1.6, period=90.0, inward=0.1, knots=38),
     "long_wavy": Fall(
-        125.0, part=20.0, lift=14.0, height=9.0, period=74.0, depth=0.55, inward=0.05, layers=0.32, knots=48
+        125.0, part=20.0, lift=14.0, height=12.0, period=80.0, depth=0.55, inward=0.05, layers=0.25, knots=36
     ),
     "curls": Fall(
         40.0, part=6.0, lift=20.0, height=7.0, period=24.0, depth=1.0, inward=0.0, layers=0.5, knots=72
@@ -131,8 +131,11 @@ def _fall(f):
     chin, eyes = f.chart.spot(152)[1], f.chart.spot(263)[1]
     side = np.clip(np.abs(f.rest[:, :1]) / 70, 0, 1)
     face = np.clip(f.front, 0, 1)
+    above = f.chart.flat(f.rest)[:, 1:] - f.chart.spot(10)[1]
+    edge = np.clip(1.6 - above / 25, 0, 1)  # at the hairline nothing may fall over the face
+    aside = across * np.clip(np.abs(f.rest[:, :1] - at) / 10, 0.5 + 0.5 * edge, 1)
     toward = (
-        f.left * across * (1.0 - 0.6 * side) + f.back * (0.65 - 0.2 * face) + f.down * 0.45 * side
+        f.left * aside * (1.0 - 0.6 * side) + f.back * (0.65 - 0.2 * face) + f.down * 0.45 * side
     )
     length = np.clip(f.root[:, 1] - (chin - look.below), 30, None) * 1.02 + 34 * f.top[:, 0]
     length *= 1.04 - look.layers * f.rng.beta(1, 3 if look.layers < 0.3 else 1.5, f.count)
@@ -156,7 +159,12 @@ def _fall(f):
     def pull(p, t):
         low = np.clip((eyes - 60 - p[:, 1:2]) / 60, 0, 1)
         fall = np.clip(np.clip((42 - p[:, 1:2]) / 50, 0, 1) + 0.2 * t, 0, 1)
-        inward = -np.sign(p[:, :1]) * f.left * look.inward * np.clip((-60 - p[:, 1:2]) / 40, 0, 1)
+        inward = (
+            -np.sign(p[:, :1])
+            * f.left
+            * (look.inward + 0.5 * (before < 0))
+            * np.clip((-60 - p[:, 1:2]) / 40, 0, 1)
+        )
         outward = f.skull.height(p)[1]
         lie = tangent(toward + f.down * 0.9 * (1 - f.top), outward)
         hang = f.down * 1.3 + f.back * np.where(before > 0, -0.4, -1.1) * before * low
@@ -164,7 +172,7 @@ def _fall(f):
         return np.where(over, forward + f.down * t + f.locks * 0.05, lying)
 
     points = grow(f, first, pull, length, look.knots, lift, 0.72, clearance=1.0, cling=0.18)
-    leader, broad = locks_of(f, FINE), locks_of(f, BROAD)
+    leader, broad = locks_of(f, 900 if look.depth == 1 else FINE), locks_of(f, BROAD)
     bent = np.where(over[:, 0], 0.15, 1.0) * look.height
     points = wave(f, points, leader if look.depth == 1 else broad, bent, look.period, look.depth)
     points = gather(f, points, broad, 0.25 + 0.15 * (look.height > 4))
