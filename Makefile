@@ -15,7 +15,7 @@ FLAGS ?=
 COUNT ?= 50000
 KIND ?=
 
-.PHONY: help setup demo test proofs fuzz lint golden bench avatars samples viewer clean
+.PHONY: help setup demo test proofs fuzz lint golden bench avatars samples picture viewer clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -60,6 +60,9 @@ avatars: $(READY) ## bake the portraits of PHOTOS=folder into OUT=folder, JOBS=2
 
 samples: $(READY) ## paint the synthetic portraits of samples/ again
 	$(RUN)/bakery synth samples -o samples --overwrite
+
+picture: $(READY) ## draw docs/avatars.jpg, the picture of README, again
+	$(RUN)/python docs/avatars.py
 
 viewer: ## build the page of `bakery preview` again (needs node and npm)
 	cd bakery/runtime/viewer && npm ci --no-audit --no-fund --silent && npm run --silent build

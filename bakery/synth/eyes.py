@@ -94,7 +94,7 @@ def shade_eye(
     down, up, across = _lid_distance(where, mask, pixel)
     corner = np.clip(np.abs(across - 0.5) * 2, 0, 1) ** 2
     old = np.clip((subject.age - 25) / 50, 0, 1)
-    sclera = np.array([0.53, 0.485, 0.46]) - old * np.array([0.03, 0.045, 0.075])
+    sclera = np.array([0.46, 0.415, 0.39]) - old * np.array([0.03, 0.045, 0.075])
     sclera = sclera - min(subject.melanin, 2) * np.array([0.045, 0.05, 0.058])
     sclera = np.repeat(sclera[None], len(points), 0)
     red = (0.08 + 0.30 * corner + 0.12 * old)[:, None] * (0.35 + 0.65 * thread[:, None])
@@ -108,7 +108,7 @@ def shade_eye(
     base = color * (1 - limbus) + sclera * limbus
     base *= (1 - 0.20 * np.exp(-(((edge - 1.05) / 0.10) ** 2)))[:, None]
 
-    shade = (0.26 + 0.74 * smoothstep(-0.5, 3.6, down)) * (0.70 + 0.30 * smoothstep(0, 1.6, up))
+    shade = (0.20 + 0.80 * smoothstep(-0.5, 4.2, down)) * (0.70 + 0.30 * smoothstep(0, 1.6, up))
     shade *= 0.74 + 0.26 * smoothstep(0.0, 0.16, across) * smoothstep(1.0, 0.84, across)
     soft = outward * 0.55 + np.array([0, 0, 0.45])
     soft /= np.linalg.norm(soft, axis=1, keepdims=True)

@@ -116,7 +116,7 @@ def lashes(head, subject, vertices, share=1.0):
             points = root[:, None] + size[:, None, None] * (
                 first[:, None] * (t - 0.25 * t * t) + curl * bend * t * t
             )
-            dark = np.clip(hair_color(subject) * 0.15, 0.003, 0.03)
+            dark = np.clip(hair_color(subject) * 0.08, 0.002, 0.015)
             color = np.repeat(dark[None], count, 0) * rng.uniform(0.6, 1.4, (count, 1))
             width = rng.uniform(0.075, 0.115, count) * (1.0 if upper else 0.65)
             sets.append(

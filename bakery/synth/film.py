@@ -56,7 +56,7 @@ def tone(linear):
     return np.where(x < knee, x, high)
 
 
-def develop(linear, rng, grain=1.0, blur=0.5, quality=94, vignette=0.12):
+def develop(linear, rng, grain=1.0, blur=0.5, quality=94, vignette=0.12, contrast=0.0):
     """Scene light [H, W, 3] to an sRGB-encoded photo [H, W, 3] float32.
 
     Args:
@@ -64,6 +64,7 @@ def develop(linear, rng, grain=1.0, blur=0.5, quality=94, vignette=0.12):
         blur: Gaussian sigma in pixels.
         quality: of the JPEG it passes through; None for none.
         vignette: share of light lost in the corners.
+        contrast: 0..1 of an S-shaped curve, as a camera's own rendering has.
     """
     height, width = linear.shape[:2]
     y, x = np.mgrid[:height, :width].astype(np.float32)
@@ -75,6 +76,8 @@ def develop(linear, rng, grain=1.0, blur=0.5, quality=94, vignette=0.12):
     noise = cv2.GaussianBlur(noise, (0, 0), 0.6) * 2.0
     shot = np.sqrt(np.maximum(out, 0) * 1.2e-4 + 2e-6)
     encoded = to_encoded(out + grain * shot * noise)
+    if contrast:
+        encoded += contrast * encoded * (1 - encoded) * (2 * encoded - 0.92)
     if quality is None:
         return encoded
     pixels = np.round(encoded[..., ::-1] * 255).astype(np.uint8)

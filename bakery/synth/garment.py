@@ -11,6 +11,34 @@ from bakery.synth.noise import gradient_noise
 
 AROUND = 160  # columns of the shell
 DOWN = 72  # its rows
+OPEN = ("suit", "jacket")  # clothes with an opening in front that shows a shirt
+OPENING = (62.0, 190.0)  # mm: half its width at the neck, its depth
+LAPEL = 40.0  # mm
+
+
+@dataclass(frozen=True)
+class Body:
+    """Neck and clothes as a column of varying radius, over which long hair falls."""
+
+    center: float  # z of its axis, mm
+    low: float  # y of row 0, mm
+    step: float  # mm from row to row, upward
+    radius: np.ndarray  # [rows, AROUND] mm
+
+    def height(self, points):
+        """How far points [..., 3] lie above it, mm, and the outward direction [..., 3]."""
+        x, z = points[..., 0], points[..., 2] - self.center
+        away = np.hypot(x, z) + 1e-6
+        column = np.arctan2(x, z) / (2 * np.pi) * AROUND + AROUND / 2 + 0.5
+        row = (points[..., 1] - self.low) / self.step + 0.5
+        wide = np.pad(self.radius, ((0, 0), (1, 1)), "wrap")
+        at = np.stack([column + 1, row], -1)
+        here, above = bilinear(wide, at), bilinear(wide, at + [0, 1.0])
+        slope = (here - above) / self.step  # of the surface outward, going down
+        norm = np.sqrt(1 + slope**2)
+        out = np.stack([x / away, slope, z / away], -1) / norm[..., None]
+        height = np.where(row > len(self.radius) - 1, 99.0, (away - here) / norm)
+        return height, out
 
 
 @dataclass(frozen=True)
@@ -21,6 +49,8 @@ class Garment:
     faces: np.ndarray  # [m, 3]
     band: np.ndarray  # [n] 1 on collar and hem, else 0
     covered: np.ndarray  # [F] bool: faces of the head that lie under the clothes
+    body: Body  # what hair falls over
+    throat: float  # y of the neck line in front, mm
 
 
 def _profile(skin, center):
@@ -73,7 +103,8 @@ def make_garment(head, subject, neutral):
     angle = (np.arange(AROUND) / AROUND - 0.5) * 2 * np.pi
     front = np.cos(angle)
     high, rise, side = {
-        "crew": (30.0, 46.0, 12.0), "collar": (34.0, 42.0, 12.0), "turtleneck": (56.0, 40.0, 0.0)
+        "crew": (30.0, 46.0, 12.0), "collar": (34.0, 42.0, 12.0), "turtleneck": (56.0, 40.0, 0.0),
+        "suit": (42.0, 42.0, 12.0), "jacket": (14.0, 64.0, 16.0),
     }[subject.clothes]  # fmt: skip
     line = bottom + high + rise * (1 - front) / 2 + side * np.sin(angle) ** 2
     if subject.clothes == "collar":
@@ -84,7 +115,7 @@ def make_garment(head, subject, neutral):
     start = bottom + 64
     for y in line - 330 * share[:, None]:
         d = np.clip(start - y, 0, None)
-        out_x = half + 2 + 124 * width * (1 - np.exp(-2.3 * d / 124))
+        out_x = half + 2 + 146 * width * (1 - np.exp(-d / 48))
         out_front = half * 0.80 + 6 + 66 * (1 - np.exp(-((d / 130) ** 1.3)))
         out_back = half * 0.80 + 8 + 62 * (1 - np.exp(-((d / 80) ** 1.1)))
         out_z = np.where(front > 0, out_front, out_back)
@@ -100,31 +131,60 @@ def make_garment(head, subject, neutral):
     loose = np.maximum(_smooth(loose, 4.5), _smooth(tight, 1.5))
     rows = np.stack([loose * np.sin(angle), y, center + loose * front], -1)
     outward = np.stack([np.sin(angle), np.zeros(AROUND), front], 1)
-    band_rows = {"crew": 20.0, "collar": 0.0, "turtleneck": 30.0}[subject.clothes]
+    band_rows = {"crew": 20.0, "turtleneck": 30.0}.get(subject.clothes, 0.0)
     below = line[None] - rows[..., 1]
     band = (
         smoothstep(band_rows + 1.0, band_rows - 1.0, below) if band_rows else np.zeros_like(below)
     )
     rows += band[..., None] * outward * (2.0 if subject.clothes == "crew" else 3.5)
+    throat = float(line[AROUND // 2])
+    if subject.clothes in OPEN:
+        over = _beside_opening(rows, throat)
+        rows += (4.0 * smoothstep(-4.0, 5.0, over))[..., None] * outward
     fold = rng.normal(size=3) * 4
     points = rows.reshape(-1, 3)
     bumps, _ = gradient_noise(points + fold, (46, 90, 46), subject.seed + 71, octaves=2)
     rows += (bumps.reshape(below.shape) * 7 * smoothstep(25, 90, below))[..., None] * outward
+    body = _body(rows, y, tight, center)
     inner = rows[:1] - outward * 2.6 + [0, -1.0, 0]
     deeper = inner - [0, 14.0, 0] - outward * 7.0  # the throat recedes below the collar
     rim = rows[:1] - outward * 1.2 + [0, 1.8, 0]
     rows = np.concatenate([deeper, inner, rim, rows])
     band = np.concatenate([np.repeat(band[:1], 3, 0), band])
     vertices, faces, bands = rows.reshape(-1, 3), _grid(len(rows)), band.ravel()
-    if subject.clothes == "collar":
+    if subject.clothes in ("collar", "suit"):
         leaf, leaf_faces = _collar(rows[3:], line, angle, outward)
         faces = np.concatenate([faces, leaf_faces + len(vertices)])
         vertices = np.concatenate([vertices, leaf])
         bands = np.concatenate([bands, np.full(len(leaf), 0.5)])
     hidden = _hidden(head, neutral, angle, line, center, subject.clothes == "turtleneck")
     return Garment(
-        vertices.astype(np.float32), faces.astype(np.int32), bands.astype(np.float32), hidden
+        vertices.astype(np.float32),
+        faces.astype(np.int32),
+        bands.astype(np.float32),
+        hidden,
+        body,
+        throat,
     )
+
+
+def _body(rows, levels, tight, center):
+    """The `Body` of a shell [DOWN, AROUND, 3] and of the neck [DOWN, AROUND] mm above it.
+
+    Args:
+        levels: [DOWN, AROUND] y of the shell's rows, mm.
+    """
+    y = np.arange(levels.min(), levels.max() + 12, 4.0)
+    radius = np.hypot(rows[..., 0], rows[..., 2] - center)
+    out = [
+        np.where(
+            y <= levels[0, k] + 2,
+            np.interp(y, levels[::-1, k], radius[::-1, k]),
+            np.interp(y, levels[::-1, k], tight[::-1, k]) - 2,
+        )
+        for k in range(AROUND)
+    ]
+    return Body(center, float(y[0]), 4.0, np.stack(out, 1).astype(np.float32))
 
 
 def _grid(rows, closed=True):
@@ -139,8 +199,8 @@ def _collar(rows, line, angle, outward):
     """The two leaves of a shirt collar, folded over at the neck line."""
     count = 14
     away = np.abs(angle)
-    gap = smoothstep(0.10, 0.24, away)
-    long = 13 + 43 * np.exp(-(((away - 0.40) / 0.36) ** 2))
+    gap = smoothstep(0.06, 0.16, away)
+    long = 15 + 36 * np.clip(1 - np.abs(away - 0.30) / 0.34, 0, 1)
     frontal = (0.2 + 0.8 * smoothstep(1.5, 0.7, away))[:, None]
     top = rows[0] + [0, 10.0, 0] - outward * (5.0 + 5 * smoothstep(0.5, 1.5, away))[:, None]
     out = []
@@ -176,8 +236,51 @@ def _hidden(head, neutral, angle, line, center, close):
     return below[head.faces].all(1)
 
 
-def cloth_inputs(subject, points, band):
-    """Albedo [N, 3] linear and slope [N, 3] of cloth at rest points [N, 3] mm."""
+def _beside_opening(points, throat):
+    """How far [...] points [..., 3] lie beside a jacket's opening, mm; negative within."""
+    x, y, z = np.abs(points[..., 0]), points[..., 1], points[..., 2]
+    wide, deep = OPENING
+    edge = wide * np.clip((y - throat + deep) / (deep + 25), -0.05, 1.2)
+    return np.where(z > -95, (x - edge) * deep / np.hypot(wide, deep), 99.0)
+
+
+def _worn_over(subject, points, band, throat, albedo):
+    """Shirt, tie and lapels of a jacket laid into its albedo [N, 3]."""
+    over = _beside_opening(points, throat)
+    x, low = np.abs(points[:, 0]), throat - points[:, 1]
+    collar = (band > 0.4) & (band < 0.6)
+    shirt = smoothstep(0.5, -0.5, over) * ~collar + collar
+    near = np.where(collar, 0, over)
+    shade = 1 - 0.45 * np.exp(-((near / 7.0) ** 2)) * (near < 0) * ~collar
+    inner = np.asarray(subject.shirt_color) * shade[:, None]
+    if subject.tie_color is not None:
+        half = np.interp(low, [-14, 16, 20, 190], [15.0, 9.5, 10.5, 42.0])
+        knot = 1 - 0.5 * np.exp(-(((low - 18) / 2.0) ** 2))
+        tie = smoothstep(0.5, -0.5, x - half) * (low > -14) * ~collar * (points[:, 2] > -60)
+        ridge = 0.72 + 0.28 * np.cos(np.pi / 2 * np.clip(x / half, 0, 1)) ** 0.5
+        stripe = smoothstep(-0.2, 0.2, np.sin((points[:, 0] + 0.9 * low) * 2 * np.pi / 17.0))
+        color = np.asarray(subject.tie_color) * (1 + 0.9 * stripe[:, None])
+        shadow = 1 - 0.4 * np.exp(-(((x - half) / 4.0) ** 2)) * (x > half) * (low > -8)
+        inner = inner * np.where(collar, 1, shadow)[:, None]
+        inner = inner * (1 - tie[:, None]) + color * (tie * ridge * knot)[:, None]
+    wide = LAPEL * np.clip((OPENING[1] - 20 - low) / 110, 0, 1) ** 0.6
+    notch = np.where(low < 32, 0.72, 1.0) * wide
+    seam = np.exp(-(((over - notch) / 0.9) ** 2)) + 0.8 * np.exp(-(((low - 32) / 0.9) ** 2)) * (
+        (over > 0.66 * wide) & (over < wide)
+    )
+    cast = np.exp(-np.clip(over - notch, 0, None) / 3.0) * (over > notch) * (wide > 1)
+    edge = 0.5 * np.exp(-((over / 1.2) ** 2)) * (over > 0)
+    jacket = albedo * (1 - 0.55 * np.clip(seam, 0, 1) - 0.35 * cast + edge)[:, None]
+    return jacket * (1 - shirt[:, None]) + inner * shirt[:, None]
+
+
+def cloth_inputs(subject, points, band, throat):
+    """Albedo [N, 3] linear and slope [N, 3] of cloth at rest points [N, 3] mm.
+
+    Args:
+        band: [N] of `Garment`.
+        throat: of `Garment`.
+    """
     folds, fold_slope = gradient_noise(
         points, (38, 75, 38), subject.seed + 72, octaves=3, gain=0.45
     )
@@ -187,4 +290,6 @@ def cloth_inputs(subject, points, band):
     angle = np.arctan2(points[:, 0], points[:, 2] + 60)
     rib = np.cos(angle * 150) * band if subject.clothes == "crew" else 0 * angle
     albedo = subject.cloth_color * (1 + 0.10 * knit + 0.05 * folds + 0.10 * rib)[:, None]
+    if subject.clothes in OPEN:
+        albedo = np.clip(_worn_over(subject, points, band, throat, albedo), 0.003, 0.8)
     return albedo.astype(np.float32), fold_slope * 6.0 + knit_slope * 0.10

@@ -18,7 +18,7 @@ from bakery.settings import Settings, setting
 from bakery.synth import film, props, wear
 from bakery.synth.render import dress, paint
 from bakery.synth.scene import Scene, portrait_camera, random_expression, studio_light
-from bakery.synth.subject import random_subject
+from bakery.synth.subject import LONG_STYLES, random_subject
 
 CANVAS = 384  # pixels painted, shrunk to portrait.SIDE
 BEARDED = 0.12  # share of a beard's hairs around a pixel from which it is beard
@@ -73,7 +73,7 @@ def random_portraits(head, seed, options: PortraitOptions = PortraitOptions()):
 def _traits(rng, subject):
     """More beards, and clothes of the skin's own colour at times."""
     changes = {}
-    if subject.hair not in ("bob", "pulled_back") and rng.random() < 0.3:
+    if subject.hair not in LONG_STYLES and rng.random() < 0.3:
         changes |= {"beard": float(rng.uniform(3, 14)), "stubble": 0.0}
     if rng.random() < 0.15:
         own = np.array([0.45, 0.27, 0.19]) * np.exp(-0.55 * subject.melanin)

@@ -66,7 +66,8 @@ def dress(head: HeadModel, subject: Subject, detail: float = 4.0, share: float =
     chart = chart_of(head, detail)
     neutral = head.neutral(subject.identity)
     mask = scalp_mask(chart, subject)
-    hair = grow_scalp(head, chart, subject, mask, neutral, share)
+    clothes = garment.make_garment(head, subject, neutral)
+    hair = grow_scalp(head, chart, subject, mask, neutral, share, clothes.body)
     return Wardrobe(
         subject,
         head,
@@ -74,7 +75,7 @@ def dress(head: HeadModel, subject: Subject, detail: float = 4.0, share: float =
         neutral,
         mask,
         hair,
-        garment.make_garment(head, subject, neutral),
+        clothes,
         share,
     )
 
@@ -189,6 +190,7 @@ def paint(wardrobe: Wardrobe, scene: Scene, supersample: int = 2, quality: float
     if len(at):
         image[rows[at], columns[at]] = _shade_cloth(
             subject,
+            wardrobe.clothes.throat,
             still[at],
             smooth[at],
             view[at],
@@ -244,7 +246,7 @@ def paint(wardrobe: Wardrobe, scene: Scene, supersample: int = 2, quality: float
     )
     rng = np.random.default_rng([scene.seed, 5])
     return Picture(
-        film.develop(linear, rng, scene.grain, scene.blur, scene.quality),
+        film.develop(linear, rng, scene.grain, scene.blur, scene.quality, contrast=scene.contrast),
         scene.camera,
         subject.identity,
         scene.expression,
@@ -333,9 +335,9 @@ def _shade_skin(
     image[rows, columns] = bounce * spread + shine * strength[:, None]
 
 
-def _shade_cloth(subject, still, smooth, view, shade, visibility, environment, turn):
+def _shade_cloth(subject, throat, still, smooth, view, shade, visibility, environment, turn):
     """Colour [n, 3] of cloth, which light partly shines through and bounces within."""
-    albedo, slope = garment.cloth_inputs(subject, still, shade[:, 4])
+    albedo, slope = garment.cloth_inputs(subject, still, shade[:, 4], throat)
     normal = bend(smooth, slope @ turn.T)
     within = shine_on(smooth, environment.irradiance_ambient()) * albedo
     baked = 0.8 * shade[:, :3] + 0.35 * within

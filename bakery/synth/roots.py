@@ -11,7 +11,8 @@ from bakery.synth.chart import RADIUS, smoothstep
 def scalp_mask(chart, subject):
     """Density [H, W] 0..1 of hair on the scalp: the hairline around face and ears, uneven."""
     rng = subject.rng("hairline")
-    spot, back = chart.spot, subject.hairline
+    spot = chart.spot
+    back = subject.hairline + (14.0 if subject.hair == "receding" else 0.0)
     front, behind, low, high = chart.ear
     top = spot(10)[1]
     brow, eye = spot(293)[1], spot(263)[1]
@@ -44,7 +45,7 @@ def scalp_mask(chart, subject):
     broad = chart.blur(rng.normal(size=x.shape).astype(np.float32), 9.0)
     mask = chart.polygon(ring, 3.4)
     mask = smoothstep(
-        0.2, 0.85, mask + 0.09 * x / x.std() * (mask > 0.02) + 0.05 * broad / broad.std()
+        0.15, 0.92, mask + 0.12 * x / x.std() * (mask > 0.02) + 0.05 * broad / broad.std()
     )
     if subject.hair == "thinning":
         gx, gy = chart.grid()

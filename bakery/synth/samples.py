@@ -21,106 +21,116 @@ WIDTH, HEIGHT = 1024, 1280
 # What each face looks like, as mm more than the mean head; see `likeness`.
 FACES = {
     "anna": {
-        "face_width": -3, "jaw_width": -6, "chin_width": -3, "chin_height": -2, "nose_width": -4,
-        "nose_length": -1, "eye_width": 2, "eye_open": 1.3, "brow_height": 1.5, "upper_lip": 0.2,
-        "lower_lip": 0.5, "mouth_width": -1, "lip_gap": -1, "corner": 1.5,
+        "face_width": -4, "jaw_width": -8, "chin_width": -4, "chin_height": -3, "nose_width": -3.5,
+        "nose_length": -2, "eye_width": 2.5, "eye_open": 2.0, "brow_height": 2.2, "upper_lip": 0.7,
+        "lower_lip": 1.1, "mouth_width": 3.5, "lip_gap": -2, "corner": 4,
     },
     "bela": {
-        "jaw_width": 3, "nose_length": 2, "nose_width": -1, "nose_depth": 2, "brow_height": -1.5,
-        "upper_lip": -0.5, "mouth_width": 2, "chin_height": 2, "eye_width": 1, "corner": 1.5,
+        "jaw_width": 2, "nose_length": 2, "nose_width": -2, "nose_depth": 2, "brow_height": -0.5,
+        "upper_lip": 0.2, "lower_lip": 0.4, "mouth_width": 5, "chin_height": 1, "eye_width": 1.5,
+        "eye_open": 1.2, "corner": 4, "face_width": -2,
     },
     "chidi": {
-        "nose_width": 6, "upper_lip": 2, "lower_lip": 2, "mouth_width": 4, "nose_depth": -1,
-        "eye_width": 1.5, "eye_open": 0.5, "jaw_width": -2, "lip_gap": -1, "corner": 1.5,
+        "nose_width": 6, "upper_lip": 2.2, "lower_lip": 2.2, "mouth_width": 6, "nose_depth": -1,
+        "eye_width": 1.5, "eye_open": 1.4, "jaw_width": -2, "lip_gap": -1, "corner": 4, "brow_height": 1,
     },
     "dalia": {
-        "nose_width": 1, "upper_lip": 1, "lower_lip": 1.4, "eye_open": 1.2, "eye_width": 2,
-        "jaw_width": -6, "chin_width": -3, "brow_height": 1.5, "chin_height": -2, "corner": 1,
+        "face_width": -3, "nose_width": 1, "upper_lip": 1.4, "lower_lip": 1.6, "eye_open": 2.2, "eye_width": 3,
+        "jaw_width": -8, "chin_width": -4, "brow_height": 2, "chin_height": -2, "corner": 4, "mouth_width": 5,
     },
     "emil": {
-        "nose_length": 4, "nose_width": 3, "upper_lip": -1.6, "lower_lip": -1.4, "lip_gap": 2,
-        "eye_open": -1, "brow_height": -1, "chin_height": 3, "eye_tilt": -1.2, "jaw_width": 2, "corner": 0.5,
+        "nose_length": 4, "nose_width": 2, "upper_lip": -0.8, "lower_lip": -0.6, "lip_gap": 1,
+        "eye_open": 0, "brow_height": -0.5, "chin_height": 2, "eye_tilt": -1.2, "jaw_width": 1,
+        "corner": 3.5, "mouth_width": 5,
     },
     "fumiko": {
-        "face_width": 3, "eye_open": -1, "eye_tilt": 1, "nose_length": -2, "nose_width": 2,
-        "bridge_depth": -3, "eye_gap": 2, "jaw_width": -2, "chin_height": -1, "upper_lip": -0.3, "corner": 1.5,
+        "face_width": 2, "eye_open": 0.4, "eye_tilt": 1.2, "nose_length": -2.5, "nose_width": 1,
+        "bridge_depth": -3, "eye_gap": 2, "jaw_width": -5, "chin_width": -3, "chin_height": -2,
+        "upper_lip": 0.2, "lower_lip": 0.6, "corner": 4, "mouth_width": 3, "lip_gap": -1,
     },
 }  # fmt: skip
+CLOSELY = {"sharpness": 0.4, "largest": 3.0}  # how far `likeness` goes for them
+CALM = {
+    "mouthSmileLeft": 0.32,
+    "mouthSmileRight": 0.32,
+}  # a resting mouth whose corners do not droop
 
 
-def _scene(seed, background, color, expression=None, gaze=(0.0, -3.5), light=None, **camera):
+def _scene(seed, background, color, expression=None, gaze=(0.0, -2.0), light=None, **camera):
+    """A portrait as official ones are taken: from two metres, by a large soft lamp with fill and rim."""
+    framing = {"filling": 0.57, "distance": 2000.0, "middle": (0.5, 0.445)}
+    lamps = {"key": 1.05, "fill": 0.32, "rim": 0.7, "ambient": 0.27, "radius": 16.0}
     return Scene(
-        portrait_camera(WIDTH, HEIGHT, **camera),
-        studio_light(**(light or {})),
+        portrait_camera(WIDTH, HEIGHT, **(framing | camera)),
+        studio_light(**(lamps | (light or {}))),
         look(weights(expression or CALM), gaze),
         np.asarray(gaze, float),
         background,
         np.asarray(color, float),
         seed,
-        grain=1.0,
-        blur=0.45,
+        grain=0.8,
+        blur=0.55,
+        contrast=0.55,
         quality=None,
     )
 
 
-CALM = {
-    "mouthSmileLeft": 0.10,
-    "mouthSmileRight": 0.10,
-}  # a resting mouth whose corners do not droop
-
-
 def people(head):
     """Name -> (Subject, Scene) of every sample."""
-    smile = {name: weight for name, weight in EXPRESSIVE["smile"].items()}
+
+    def face(name, seed):
+        return identity_of(head, FACES[name], seed, **CLOSELY)
+
     return {
         "anna": (
             Subject(
-                101, identity_of(head, FACES["anna"], 101), age=29, melanin=0.28, haemoglobin=1.0, freckles=0.5, lip_color=1.1,
-                iris="green", hair="bob", hair_color="chestnut", part=-1.0, brow_density=0.85,
-                brow_length=0.9, lash_length=1.15, clothes="crew", cloth_color=np.array([0.035, 0.09, 0.085]),
+                101, face("anna", 101), age=29, melanin=0.26, haemoglobin=1.05, freckles=0.45, lip_color=1.5,
+                iris="green", hair="long_wavy", hair_color="chestnut", part=-1.0, brow_density=0.95,
+                brow_length=0.9, lash_length=1.2, clothes="crew", cloth_color=np.array([0.035, 0.09, 0.085]),
             ),
-            _scene(1, "studio", (0.32, 0.33, 0.36), light={"azimuth": -30.0, "elevation": 27.0}),
+            _scene(1, "studio", (0.30, 0.33, 0.38), light={"azimuth": -32.0, "elevation": 30.0}),
         ),
         "bela": (
             Subject(
-                102, identity_of(head, FACES["bela"], 102), age=36, melanin=0.55, lip_color=0.7, stubble=0.55, iris="brown", hair="side_part",
-                hair_color="dark brown", hairline=3.0, brow_density=1.15, brow_length=1.1, lash_length=0.85,
-                clothes="collar", cloth_color=np.array([0.42, 0.50, 0.60]),
+                102, face("bela", 102), age=38, melanin=0.5, lip_color=0.8, stubble=0.0, beard=6.0, iris="brown",
+                hair="side_part", hair_color="dark brown", hairline=3.0, brow_density=1.2, brow_length=1.1,
+                lash_length=0.85, clothes="suit", cloth_color=np.array([0.018, 0.022, 0.034]),
+                shirt_color=(0.46, 0.53, 0.64), tie_color=None,
             ),
-            _scene(2, "room", (0.34, 0.30, 0.25), light={"azimuth": 48.0, "fill": 0.25}, yaw=-7.0),
+            _scene(2, "studio", (0.30, 0.27, 0.23), light={"azimuth": 40.0, "fill": 0.28}, yaw=-7.0),
         ),
         "chidi": (
             Subject(
-                103, identity_of(head, FACES["chidi"], 103), age=31, melanin=2.4, gloss=0.9, lip_color=0.8, iris="dark brown", hair="curly",
-                hair_color="black", stubble=0.25, brow_density=1.1, lash_length=0.9, clothes="crew",
-                cloth_color=np.array([0.55, 0.53, 0.48]),
+                103, face("chidi", 103), age=33, melanin=2.1, gloss=1.0, lip_color=0.9, iris="dark brown", hair="curly",
+                hair_color="black", stubble=0.2, brow_density=1.1, lash_length=0.95, clothes="suit",
+                cloth_color=np.array([0.028, 0.032, 0.042]), tie_color=(0.16, 0.018, 0.022),
             ),
-            _scene(3, "studio", (0.26, 0.21, 0.17), light={"azimuth": -38.0, "rim": 0.5}),
+            _scene(3, "studio", (0.20, 0.26, 0.32), light={"azimuth": -36.0, "rim": 1.0}),
         ),
         "dalia": (
             Subject(
-                104, identity_of(head, FACES["dalia"], 104), age=27, melanin=1.55, lip_color=1.3, iris="dark brown",
-                hair="pulled_back", hair_color="black", brow_density=1.0, brow_length=0.95, lash_length=1.2,
-                clothes="turtleneck", cloth_color=np.array([0.33, 0.07, 0.05]),
+                104, face("dalia", 104), age=27, melanin=1.25, lip_color=1.6, iris="dark brown",
+                hair="bun", hair_color="black", hairline=3.0, brow_density=1.0, brow_length=0.95, lash_length=1.25,
+                clothes="turtleneck", cloth_color=np.array([0.33, 0.05, 0.045]),
             ),
-            _scene(4, "garden", (0.22, 0.30, 0.20), smile, light={"azimuth": 25.0, "warm": 0.6}),
+            _scene(4, "garden", (0.22, 0.30, 0.20), EXPRESSIVE["smile"], light={"azimuth": 28.0, "warm": 0.6}),
         ),
         "emil": (
             Subject(
-                105, identity_of(head, FACES["emil"], 105), age=69, melanin=0.32, lip_color=0.65, moles=7, iris="blue",
-                hair="thinning", hair_color="grey", grey=0.6, hairline=9.0, brow_density=0.9,
-                brow_length=1.15, lash_length=0.75, clothes="collar",
-                cloth_color=np.array([0.60, 0.60, 0.58]),
+                105, face("emil", 105), age=69, melanin=0.30, lip_color=0.8, moles=7, iris="blue",
+                hair="receding", hair_color="grey", grey=0.6, hairline=4.0, brow_density=1.0,
+                brow_length=1.15, lash_length=0.8, clothes="suit", cloth_color=np.array([0.05, 0.055, 0.065]),
+                tie_color=(0.03, 0.06, 0.20),
             ),
-            _scene(5, "studio", (0.20, 0.23, 0.27), light={"azimuth": -42.0, "radius": 10.0}, yaw=4.0),
+            _scene(5, "studio", (0.17, 0.24, 0.31), light={"azimuth": -40.0, "radius": 12.0}, yaw=4.0),
         ),
         "fumiko": (
             Subject(
-                106, identity_of(head, FACES["fumiko"], 106), age=58, melanin=0.62, haemoglobin=0.9, moles=5, iris="dark brown",
-                hair="bob", hair_color="black", grey=0.35, part=1.0, brow_density=0.7, lash_length=0.9,
-                lip_color=0.95, clothes="crew", cloth_color=np.array([0.16, 0.14, 0.22]),
+                106, face("fumiko", 106), age=56, melanin=0.5, haemoglobin=0.9, moles=4, iris="dark brown",
+                hair="fringe", hair_color="black", grey=0.22, part=1.0, brow_density=0.8, lash_length=1.0,
+                lip_color=1.5, clothes="jacket", cloth_color=np.array([0.05, 0.045, 0.11]),
             ),
-            _scene(6, "room", (0.42, 0.40, 0.37), light={"azimuth": 32.0}, yaw=6.0),
+            _scene(6, "studio", (0.42, 0.38, 0.34), light={"azimuth": 32.0}, yaw=6.0),
         ),
     }  # fmt: skip
 

@@ -24,6 +24,7 @@ class Scene:
     seed: int = 0
     grain: float = 1.0
     blur: float = 0.5
+    contrast: float = 0.0  # see `film.develop`
     quality: int | None = 94
 
 

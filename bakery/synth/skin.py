@@ -143,7 +143,7 @@ def design_skin(chart, subject, scalp, smile=0.0, brow_raise=0.0, frown=0.0):
         _blood(chart, subject.rng("blood")),
         _melanin(chart, subject, subject.rng("melanin")),
     )
-    shadow = scalp * 0.85
+    shadow = scalp * (0.85 if subject.hair in ("bald", "thinning") else 0.96)
     beard = beard_mask(chart)
     growth = max(subject.stubble, min(subject.beard / 6, 1))
     shadow = np.maximum(shadow, beard * (0.05 * (growth > 0) + 0.26 * growth))
@@ -235,8 +235,9 @@ def shade_inputs(chart, maps, subject, points, hair_color):
     cavity = np.exp(-0.55 * groove) * (1 + 0.10 * np.clip(pore * strength, -1, 0.4))
     cavity *= 1 + 0.35 * np.clip(crease, -1, 0) * lips
     shadow = np.clip(pigment[:, 3] * (1 + 0.5 * grain), 0, 1)[:, None]
-    tint = np.asarray(hair_color, np.float32) * 0.8 + 0.01
+    tint = np.asarray(hair_color, np.float32) * 0.8 + 0.004
     albedo = albedo * (1 - shadow) + np.minimum(tint, albedo) * shadow
+    rough = rough + np.clip(pigment[:, 3], 0, 1) * (0.8 - rough)  # no shine between roots
     return (
         albedo.astype(np.float32),
         np.clip(rough + 0.06 * grain, 0.22, 0.8),

@@ -6,8 +6,12 @@ import numpy as np
 
 from bakery.heads.base import HeadModel
 
-HAIR_STYLES = ("crop", "side_part", "thinning", "curly", "bob", "pulled_back", "bald")
-CLOTHES = ("crew", "collar", "turtleneck")
+HAIR_STYLES = (
+    "crop", "side_part", "swept_back", "receding", "thinning", "curly", "afro", "bald",
+    "bob", "fringe", "long", "long_wavy", "curls", "pulled_back", "ponytail", "bun",
+)  # fmt: skip
+LONG_STYLES = HAIR_STYLES[8:]
+CLOTHES = ("crew", "collar", "turtleneck", "suit", "jacket")
 
 # Linear Rec.709 reflectance of hair, from the melanin in it.
 HAIR_COLORS = {
@@ -58,6 +62,8 @@ class Subject:
     lash_length: float = 1.0
     clothes: str = "crew"  # one of CLOTHES
     cloth_color: np.ndarray = field(default_factory=lambda: np.array([0.05, 0.07, 0.12]))
+    shirt_color: tuple[float, float, float] = (0.62, 0.63, 0.65)  # under a suit or a jacket
+    tie_color: tuple[float, float, float] | None = None  # None for no tie
 
     def rng(self, purpose):
         """A generator of this subject's own for one purpose, so that traits do not shift each other."""
@@ -84,14 +90,14 @@ def random_subject(rng: np.random.Generator, head: HeadModel, spread: float = 0.
     if age > 55 and rng.random() < 0.7:
         color = str(rng.choice(["grey", "white"]))
     styles = (
-        ["bob", "pulled_back", "side_part", "pulled_back"]
+        ["bob", "pulled_back", "side_part", "long", "long_wavy", "fringe", "bun", "ponytail"]
         if woman
-        else ["crop", "side_part", "crop"]
+        else ["crop", "side_part", "swept_back"]
     )
     if melanin > 1.4:
-        styles += ["curly", "curly"]
+        styles += ["curly", "afro", "curly"] + ["curls"] * woman
     if not woman and age > 45:
-        styles += ["thinning", "bald"]
+        styles += ["thinning", "bald", "receding"]
     eyes = list(IRIS_COLORS) if melanin < 0.6 else ["dark brown", "brown"]
     shade = rng.dirichlet([1.5, 1.5, 1.5]) * rng.choice([0.06, 0.3, 1.2])
     return Subject(
@@ -117,4 +123,5 @@ def random_subject(rng: np.random.Generator, head: HeadModel, spread: float = 0.
         lash_length=1.15 if woman else 0.85,
         clothes=str(rng.choice(CLOTHES)),
         cloth_color=np.clip(shade, 0.008, 0.75),
+        tie_color=None if woman else tuple(rng.dirichlet([1, 1, 1]) * 0.3),
     )

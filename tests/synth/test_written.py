@@ -1,11 +1,13 @@
 """Samples and training folders, likeness, traits."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bakery.errors import InputError
+from bakery.geometry.camera import project
 from bakery.synth import samples, training
 from bakery.synth.likeness import PROPORTIONS, _measure, identity_of
 from bakery.synth.skin import skin_color
@@ -67,3 +69,16 @@ def test_subjects_repeat(head):
     one, two = (random_subject(np.random.default_rng(5), head) for _ in range(2))
     np.testing.assert_array_equal(one.identity, two.identity)
     assert one.hair == two.hair and one.age == two.age
+
+
+def test_committed_samples_are_those_of_the_command(head):
+    """Their landmarks, found again without painting, are those written beside the pictures."""
+    folder = Path(__file__).parents[2] / "samples"
+    people = samples.people(head)
+    assert sorted(people) == sorted(path.stem for path in folder.glob("*.jpg"))
+    for name, (subject, scene) in people.items():
+        table = json.loads((folder / f"{name}.json").read_text())
+        posed = head.vertices(head.neutral(subject.identity), scene.expression, scene.gaze)
+        want = project(head.landmarks(posed), scene.camera)
+        points = table["faces"][0]["points"]
+        np.testing.assert_allclose(points, want, atol=0.01)  # written to a thousandth
