@@ -13,6 +13,7 @@ from bakery.geometry import camera as cameras
 from bakery.geometry.raster import rasterize
 from bakery.heads.base import HeadModel
 from bakery.heads.build.wheel import read_body
+from bakery.runtime.hair_cards import soft_normals
 from bakery.synth import film
 from bakery.synth.render import Wardrobe, dress, paint
 from bakery.synth.scene import Scene, portrait_camera, studio_light
@@ -123,18 +124,10 @@ def lines_of(mesh: HairMesh) -> Strands:
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
     long = np.maximum(np.sqrt(area), 0.5)[:, None]  # mm
     points = mesh.vertices[:, None] + along[:, None] * (long * [[-0.5, 0.5]])[..., None]
-    middle = mesh.vertices.mean(0)
-    outward = mesh.vertices - np.stack(
-        [
-            np.full(len(area), middle[0]),
-            np.minimum(mesh.vertices[:, 1], 20),
-            np.full(len(area), -70),
-        ],
-        1,
-    )
-    outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-9)
     white = np.ones((len(area), 3))
-    return Strands(points.astype(np.float32), area / long[:, 0], white, outward, 0.5, 0.0)
+    return Strands(
+        points.astype(np.float32), area / long[:, 0], white, soft_normals(mesh), 0.5, 0.0
+    )
 
 
 def _lit(wardrobe: Wardrobe, vertices, mesh, lines, scene) -> np.ndarray:
