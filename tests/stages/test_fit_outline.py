@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -16,7 +17,7 @@ from bakery.geometry import rotation
 from bakery.geometry.raster import rasterize
 from bakery.heads.outline import NAMES, SHARED, outline_basis, outline_offsets
 from bakery.stages.fit import Face
-from bakery.stages.fit.outline import Seen, fit_outline, population
+from bakery.stages.fit.outline import STUBBLE, Seen, fit_outline, population
 from bakery.stages.segment import BACKGROUND, CLOTHES, EARS, HAIR, LABELS, NECK, SKIN
 from bakery.types import Camera, Fit, Photo
 
@@ -91,6 +92,27 @@ def test_the_drawn_outline_lies_on_the_labels(head):
     drawn = rasterize(pixels, depth, skin, (SIZE, SIZE)).face >= 0
     there = seen.labels != BACKGROUND
     assert (drawn & there).sum() / (drawn | there).sum() > 0.975
+
+
+@pytest.mark.parametrize("high, rises", [(0, True), (16, False)])
+def test_the_skull_fills_cropped_hair_and_no_other(head, high, rises):
+    """Hair `high` mm above a tall skull: cropped, it ends where the skull does, else who knows."""
+    seen = person(head, coefficients(head, {"skull_height": 7.0, "skull_width": 6.0}))
+    rows, _ = np.indices(seen.labels.shape)
+    above = rows < seen.points[10, 1]  # the landmark in the middle of the hairline
+    grown = cv2.dilate(
+        (above & (seen.labels != BACKGROUND)).astype(np.uint8),
+        cv2.getStructuringElement(cv2.MORPH_ELLIPSE, [2 * round(1.29 * high) + 1] * 2),
+    )
+    hair = (grown > 0) & (above | (seen.labels == BACKGROUND)) & (rows < seen.points[10, 1] + 9)
+    found = fit_outline(
+        head, [replace(seen, labels=np.where(hair, HAIR, seen.labels).astype(np.uint8))]
+    )
+    height, expected = (part[NAMES.index("skull_height")] for part in (found, population(head)[0]))
+    if rises:
+        assert height == pytest.approx(7.0 - STUBBLE, abs=1.5)
+    else:
+        assert abs(height - expected) < 1.0
 
 
 def test_ears_under_hair_are_those_of_the_average(head):

@@ -54,6 +54,7 @@ SAMPLE = 2  # pixels between the points of an outline
 NOISE, PATCH = 1.8, 10.0  # mm, error of an outline, and length over which its errors are alike
 FAR = 5.0  # mm; errors beyond count in proportion, not squared
 THIN_HAIR = 4.0  # mm that hair stands off the skull's outline at least
+CROPPED, STUBBLE = 9.0, 1.0  # mm; hair less high is drawn on the skin: the skull goes up to its rim
 HIDDEN_NECK, HIDDEN_NOISE = 25.0, 4.0  # mm of a neck that hair may hide, error of what is seen
 FARTHEST = np.float32(80)  # pixels; nothing is looked for farther away
 LEAST_EAR = 12  # pixels of an ear's edge before background; fewer are a guess
@@ -189,10 +190,16 @@ class _Scene:
         return _weighed(slide, miss, slope, weight * (self.labels[y, x] != 255), NOISE)
 
     def _under_hair(self, x, y, slide, mean, ear):
-        """Points of the skull's outline that lie too near to the edge of the hair."""
+        """Points of the skull's outline that lie too near to the edge of the hair.
+
+        Cropped hair hides next to nothing: it ends where the skull does.
+        """
         values, slope = self.hair[0][y, x], self.hair[1][y, x]
-        miss = np.maximum(values + THIN_HAIR / PIXEL, 0)
         there = ~ear & (self.labels[y, x] == HAIR) & (mean[:, 1] > self.marks[TRAGUS[0], 1])
+        if there.any() and np.percentile(-values[there], 80) < CROPPED / PIXEL:
+            miss = values + STUBBLE / PIXEL
+        else:
+            miss = np.maximum(values + THIN_HAIR / PIXEL, 0)
         return _weighed(slide, miss, slope, there * 1.0, NOISE)
 
     def _beside_hair(self, x, y, slide, mean, ear):

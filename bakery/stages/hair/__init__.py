@@ -53,9 +53,9 @@ def make_hair(
     ways, _ = flow(portrait, shell)
     chin = float(head.landmarks(neutral)[CHIN, 1].mean())
     thick = np.percentile((shell.radius - shell.base)[shell.there > 0.5], 80)
-    if thick < CROPPED or (thick < STUBBLE and _like_skin(portrait)):
-        return None
     long = shell.below > -10 or thick > 25
+    if thick < CROPPED or (thick < STUBBLE and not long and _like_skin(portrait)):
+        return None
     wisps = grow(shell, ways, CARDS, WIDTH, LONGEST if long else SHORT)
     return _assembled(portrait, shell, ways, wisps, chin, size)
 
