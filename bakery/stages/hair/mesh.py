@@ -14,7 +14,7 @@ from bakery.stages.hair.strands import KNOTS, Wisps
 
 CAP = 0.75  # share of the way from what hair lies on to where it ends
 LAYERS = {0.55: 0.86, 0.8: 0.95, 1.0: 1.03}  # the same for wisps, by their layer
-OVER = 1.5  # mm that wisps stand out farther: the photo cuts them to its outline
+OVER = 3.0  # mm that wisps stand out farther: the photo cuts them to its outline
 UNDER = 2.5  # mm below the skin that the cap's border goes
 RETREAT = 6.0  # mm that the cap ends before the hair does
 RISE = 14.0  # mm over which it rises from its border

@@ -104,7 +104,7 @@ def look(
     picture = np.clip(warped(np.ascontiguousarray(encoded, np.float32)), 0, 1)
     scale_mm = mm * scale
     solid = (regions == HAIR) & (labels != HAT)
-    solid &= ~_bare(picture, solid, regions == SKIN, scale_mm)
+    solid &= ~bare_rims(picture, solid, regions == SKIN, scale_mm)
     solid = _patches(picture, solid, scale_mm)
     level = float(cameras.project(np.zeros(3), cut)[1])
     hair = _matte(picture, solid, regions, scale_mm)
@@ -140,10 +140,15 @@ def _patches(picture, solid, scale):
     return kept[number]
 
 
-def _bare(picture, solid, skin, scale):
-    """Thin rims [H, W] of what is labelled hair and has the colour of the skin beside it: bald tops.
+def bare_rims(picture: np.ndarray, solid: np.ndarray, skin: np.ndarray, scale: float) -> np.ndarray:
+    """Thin rims [H, W] bool of labelled hair in the colour of the skin beside it: bald tops.
 
     Where that is a good part of it, all of it: a shaved head.
+
+    Args:
+        picture: [H, W, 3] sRGB-encoded.
+        solid, skin: [H, W] bool, what is labelled hair and skin.
+        scale: pixels a millimetre.
     """
     if not skin.any() or not solid.any():
         return np.zeros_like(solid)

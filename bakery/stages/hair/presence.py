@@ -22,6 +22,7 @@ MIRROR = 0.7  # weight of what the other side shows, where the own one is not se
 PRIOR = 0.06  # weight of the usual hairline
 TURNED = (5.0, 15.0)  # degrees: of a turned head the near side tells of the far one
 LINE = 3.5  # mm over which a hairline is smooth, twice
+BESIDE = 10.0  # mm around what is half told that tell of it
 HELD = 10  # rows below the chart's equator down to which hair grows where it is
 HANGS = 14  # rows below the equator from which hair hangs
 BIT = 0.1  # of the largest piece of hair: smaller ones are none
@@ -131,8 +132,12 @@ def presence(
     last = np.where(under, 6, HELD)  # hair that covers ears hangs from their tips on
     upper = smoothstep(0.0, -4.0, np.arange(ROWS)[:, None] + 0.5 - DOME - last)
     there = upper * grown + (1 - upper) * hung
+    # What is half told goes with what is told beside it, or its border is ragged.
+    sure = (2 * there - 1) ** 2 + 1e-3
+    beside = charts.smooth(there * sure, BESIDE) / charts.smooth(sure, BESIDE)
+    there = beside + np.clip(sure, 0, 1) * (there - beside)
     line = np.clip(1.2 * (charts.smooth(_held(there), LINE) - 0.5) + 0.5, 0, 1)
-    return line, upper * square + (1 - upper) * seen
+    return _held(line), upper * square + (1 - upper) * seen
 
 
 def _cosine(chart, points, eye):

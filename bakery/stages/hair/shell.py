@@ -28,8 +28,9 @@ REACH = 130.0  # mm beyond the skull that hair is looked for
 LEAST = 1.2  # mm that hair stands off the skin
 GAP = 14.0  # mm of background after which no more hair belongs to the outline
 HANG = 0.12  # mm that hanging hair falls inwards a mm
-RISE = 22.0  # mm from the hairline over which hair rises to its height
+RISE = 14.0  # mm from the hairline over which hair rises to its height
 TALL = 45.0  # mm: what stands out farther is a knot, which the back does not have
+BACK = (0.4, 0.7)  # of the way behind the ears, from where on hair lies on all of the skin
 EAR_SEEN = 90.0  # mm2 of an ear in the photo, from which hair hangs behind it
 OFF = 18.0  # mm off the skin from which hair hangs
 PLAIN = 5.0  # mm that hair stands off an unseen skull at least
@@ -125,7 +126,10 @@ def _within(portrait: Portrait, chart: Chart, base: np.ndarray, radius: np.ndarr
 
 def _base(chart: Chart, portrait: Portrait, front: float) -> tuple[np.ndarray, tuple[bool, bool]]:
     """The skull, with the ear of a side whose ear is under hair, and which (right, left) ones are."""
-    out = chart.skull.copy()
+    back = smoothstep(
+        *BACK, -np.cos(charts.azimuth())
+    )  # there is no ear that hair would lie before
+    out = chart.skull + back * (chart.ears - chart.skull)
     wide = cv2.dilate(chart.ears.astype(np.float32), np.ones((3, 3))) + 2
     ends = chart.center + np.array([[-75.0, -20, 0], [75.0, -20, 0]])
     right, left = portrait.pixels(ends)[0][:, 0]

@@ -13,6 +13,7 @@ from bakery.heads.base import HeadModel
 from bakery.heads.scalp import ear_box, ear_depth, scalp, unrolled
 from bakery.landmarks import CHIN, OVAL, face_size
 from bakery.stages.atlas import Atlas, soften, uv_polygon
+from bakery.stages.hair.portrait import bare_rims
 from bakery.stages.hair.presence import weighed
 from bakery.stages.segment import (
     BACKGROUND,
@@ -29,6 +30,7 @@ from bakery.stages.segment import (
     Segmentation,
 )
 
+EYES_APART = 90.0  # mm, `face_size` of a mean head
 HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
 SHOWN_STRIP = (0.18, 0.13)  # the layer shows none, all: wider, so that nothing gapes between both
 HALO = (0.015, 0.04)  # of the eye distance, from the background: its light is on what is nearer
@@ -40,6 +42,9 @@ LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
 ON_SKIN = (89.0, 82.0)  # degrees: off the scalp the photo says nothing beyond the first
 BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
 LINE = 110  # share of the atlas over which a hairline is smooth
+TINTED = (0.03, 0.07)  # distance of shares of red, green, blue from skin's: hair from there on
+DARKER = (0.7, 0.45)  # of the skin's brightness: hair below
+LEFT = 0.05  # of what is labelled hair
 FRAYED = 0.12  # how far locks reach over it
 CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
 
@@ -69,6 +74,10 @@ def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarra
         points: [L, 2] pixels.
     """
     hair = segmentation.regions == HAIR
+    picture = np.ascontiguousarray(encoded, np.float32)
+    hair = hair & ~bare_rims(
+        picture, hair, segmentation.regions == SKIN, face_size(points) / EYES_APART
+    )
     away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
     taken = smoothstep(*HAIR_STRIP, away) if hair.any() else np.ones(hair.shape)
     shown = smoothstep(*SHOWN_STRIP, away) if hair.any() else np.zeros(hair.shape)
@@ -163,6 +172,7 @@ def hair_layer(linear, mattes, head, atlas, visibility):
     if lock.sum() < 1e-4 * len(pixels):
         return np.concatenate([color, np.ones_like(color[..., :1])], -1) * shown[..., None]
     sure = cv2.erode((lock > 0.9).astype(np.float32), np.ones((5, 5), np.uint8)) * growth
+    sure = _unlike_skin(color, sure, atlas.paint(bare) * own > 0.9)
     noise = atlas.paint(_locks(head, atlas))
     line = smoothstep(0.25, 0.75, grown + FRAYED * noise)
     unseen = (1 - seen) * strip * line * (1 - lost)
@@ -227,6 +237,21 @@ def both_sides(values, seen):
     far = 1 - cv2.GaussianBlur(np.maximum(seen, seen[:, ::-1]), (0, 0), seen.shape[0] / 40)
     middle = (values + values[:, ::-1]) / 2
     return values + far[..., None] * (middle - values)
+
+
+def _unlike_skin(color, sure, skin):
+    """What is surely hair [T, T] less what has the colour of `skin` [T, T] bool: rims of bald tops.
+
+    All of it stays where little else is left.
+    """
+    if not skin.any():
+        return sure
+    usual = np.median(color[skin], 0)
+    shades, shade = (np.maximum(c.sum(-1, keepdims=True), 1e-3) for c in (color, usual))
+    tinted = np.linalg.norm(color / shades - usual / shade, axis=-1)
+    darker = (shades / shade)[..., 0]
+    unlike = sure * np.maximum(smoothstep(*TINTED, tinted), smoothstep(*DARKER, darker))
+    return unlike if unlike.sum() > LEFT * sure.sum() else sure
 
 
 def _from_both(values, sure, own):
