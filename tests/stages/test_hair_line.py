@@ -13,7 +13,7 @@ from bakery.stages.hair import chart
 from bakery.stages.hair.atlas import _strand_alpha
 from bakery.stages.hair.chart import DOME, ROWS
 from bakery.stages.hair.portrait import at, look
-from bakery.stages.hair.presence import alike, alike_ears, weighed
+from bakery.stages.hair.presence import alike, alike_ears, trusted, weighed
 from bakery.stages.hair.shell import SLACK, make_shell
 from bakery.stages.segment import BACKGROUND, HAIR, SKIN, Segmentation
 from bakery.types import EXPRESSIONS, Camera, Fit
@@ -85,21 +85,24 @@ def test_a_side_that_is_seen_badly_has_the_hair_of_the_other():
     cosine[0, :4], cosine[0, 4:] = 0.2, 0.9
     told, nothing = np.ones((1, 8)), np.zeros((1, 8))
     hair = np.array([[0, 0, 0, 0, 1.0, 1, 1, 0]])
-    share, own = weighed(cosine, told, hair, nothing, lambda grid: grid)
+    own, other = trusted(cosine, told)
+    share = weighed(own, other, hair, nothing, lambda grid: grid)
     np.testing.assert_array_equal(share > 0.5, [[0, 1, 1, 1, 1, 1, 1, 0]])
     assert own[0, :4].max() < 0.2 and own[0, 4:].min() == 1
 
 
 def test_both_sides_that_are_seen_keep_their_own():
     hair = np.array([[0, 0, 1.0, 0]])
-    share, own = weighed(np.ones((1, 4)), np.ones((1, 4)), hair, 1 - hair, lambda grid: grid)
+    own, other = trusted(np.ones((1, 4)), np.ones((1, 4)))
+    share = weighed(own, other, hair, 1 - hair, lambda grid: grid)
     np.testing.assert_array_equal(share > 0.5, hair > 0.5)
     assert own.min() == 1
 
 
 def test_what_nobody_sees_is_usual():
     usual = np.array([[0, 1.0, 1, 0]])
-    share, _ = weighed(np.zeros((1, 4)), np.zeros((1, 4)), 1 - usual, usual, lambda grid: grid)
+    own, other = trusted(np.zeros((1, 4)), np.zeros((1, 4)))
+    share = weighed(own, other, 1 - usual, usual, lambda grid: grid)
     np.testing.assert_allclose(share, usual)
 
 

@@ -156,40 +156,48 @@ def _grown(chart, portrait, usual, eye):
     hair = bilinear(portrait.hair, pixels)
     told = (hair > 0.5) | ~at(portrait.behind, pixels)
     told = told & portrait.inside(pixels) & (depth < at(portrait.depth, pixels) + 6)
-    return weighed(
-        _cosine(chart, points, eye), told, hair, usual, lambda grid: charts.smooth(grid, LINE)
-    )
+    own, other = trusted(_cosine(chart, points, eye), told)
+    return weighed(own, other, hair, usual, lambda grid: charts.smooth(grid, LINE)), own
 
 
-def weighed(
-    cosine: np.ndarray,
-    told: np.ndarray,
-    hair: np.ndarray,
-    usual: np.ndarray,
-    blur: Callable[[np.ndarray], np.ndarray],
-) -> tuple[np.ndarray, np.ndarray]:
-    """Where hair grows, by what one photo shows of both sides of a head.
+def trusted(cosine: np.ndarray, told: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far one photo tells where hair grows by each place itself, and by that of the other side.
 
     At a slant a few millimetres of the fit are centimetres of the head: there, what the other side
-    shows and the usual hairline count for more.
+    shows counts for more.
 
     Args:
-        cosine: between the skin and the line of sight; all are grids whose columns run backwards
-            on the other side of the head.
-        told: whether the photo shows skin or hair there; backdrop is of a skull fitted too wide.
-        hair: 0..1, whether it shows hair.
-        usual: 0..1, whether hair grows there where nothing tells.
-        blur: over what a hairline is smooth.
+        cosine: between the skin and the line of sight; grids whose columns run backwards on the
+            other side of the head.
+        told: 0..1, whether the photo shows skin or hair there; backdrop is of a skull fitted too wide.
 
     Returns:
-        0..1 whether hair grows there, and 0..1 how far the photo itself says so.
+        0..1 each.
     """
     own, well = (smoothstep(*limits, cosine) * told for limits in (SQUARE, NEAR))
     own = own * (1 - np.clip(well[:, ::-1] - well, 0, 1))
-    other = MIRROR * well[:, ::-1] * (1 - own)
+    return own, MIRROR * well[:, ::-1] * (1 - own)
+
+
+def weighed(
+    own: np.ndarray,
+    other: np.ndarray,
+    hair: np.ndarray,
+    usual: np.ndarray,
+    blur: Callable[[np.ndarray], np.ndarray],
+) -> np.ndarray:
+    """Where hair grows, 0..1.
+
+    Args:
+        own, other: of `trusted`.
+        hair: 0..1, whether the photo shows hair.
+        usual: 0..1, whether hair grows where nothing tells.
+        blur: over what a hairline is smooth.
+    """
     weight = own + other + PRIOR
     value = own * hair + other * hair[:, ::-1] + PRIOR * usual
-    return blur(value) / np.maximum(blur(weight), 1e-6), own
+    found: np.ndarray = blur(value) / np.maximum(blur(weight), 1e-6)
+    return found
 
 
 def _hung(chart, portrait, base, radius, hidden, covered, turn, low, eye):

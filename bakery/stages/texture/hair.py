@@ -14,7 +14,7 @@ from bakery.heads.scalp import ear_box, ear_depth, scalp, unrolled
 from bakery.landmarks import CHIN, OVAL, face_size
 from bakery.stages.atlas import Atlas, soften, uv_polygon
 from bakery.stages.hair.portrait import bare_rims
-from bakery.stages.hair.presence import weighed
+from bakery.stages.hair.presence import trusted, weighed
 from bakery.stages.segment import (
     BACKGROUND,
     BEARD,
@@ -144,7 +144,7 @@ def hair_layer(linear, mattes, head, atlas, visibility):
     pixels = visibility.pixels
     inside = atlas.paint(np.ones(len(pixels), np.float32))
     growth = growth_on(head, atlas)
-    strip = _near(growth) * (1 - _ears(head, atlas))
+    strip = _near(growth)
     here, bare, edge = (bilinear(m, pixels) for m in (mattes.hair, mattes.skin, mattes.strip))
     on_head = _above_the_neck(head, atlas)
     here, edge = here * on_head, edge * on_head
@@ -161,9 +161,11 @@ def hair_layer(linear, mattes, head, atlas, visibility):
         return cv2.GaussianBlur((grid * inside).astype(np.float32), (0, 0), atlas.size / LINE)
 
     # Unseen scalp has hair if the scalp that was seen nearest to it has: thin hair stays thin.
-    near = diffuse(here[..., None], np.minimum(on_skin, growth + 0.02))
+    own, other = trusted(cosine, told)
+    near = np.minimum(on_skin * (1 - other), growth + 0.02)
+    near = _from_both(here[..., None], near.astype(np.float32), own)
     usual = growth * smoothstep(0.35, 0.65, both_sides(near, on_skin))[..., 0]
-    grown, own = weighed(cosine, told, here, usual, blurred)
+    grown = weighed(own, other, here, usual, blurred)
     own = soften(own.astype(np.float32), inside)
     seen = on_skin + strip * (own - on_skin)
     shown = np.clip(seen * here + own * edge, 0, 1)
@@ -175,7 +177,7 @@ def hair_layer(linear, mattes, head, atlas, visibility):
     sure = _unlike_skin(color, sure, atlas.paint(bare) * own > 0.9)
     noise = atlas.paint(_locks(head, atlas))
     line = smoothstep(0.25, 0.75, grown + FRAYED * noise)
-    unseen = (1 - seen) * strip * line * (1 - lost)
+    unseen = (1 - seen) * strip * line * (1 - lost) * (1 - _ears(head, atlas))
     dark = np.log(np.maximum(color, 1e-3))  # dark hair stays dark beside its highlights
     smooth = np.exp(both_sides(_from_both(dark, sure if sure.any() else lock, own), seen))
     made = smooth * np.exp(_energy(color, sure) * noise)[..., None]
@@ -260,10 +262,10 @@ def _from_both(values, sure, own):
     Args:
         own: [T, T] 0..1, how squarely a side is seen: a far one takes after the near one.
     """
-    other = sure[:, ::-1] * (1 - own)
-    weight = sure + other * (sure < 0.5)
-    both = values * sure[..., None] + values[:, ::-1] * (weight - sure)[..., None]
-    return diffuse(both / np.maximum(weight, 1e-6)[..., None], weight)
+    other = sure[:, ::-1] * (1 - own) * (sure < 0.5)
+    weight = (sure + other).astype(np.float32)
+    both = values * sure[..., None] + values[:, ::-1] * other[..., None]
+    return diffuse((both / np.maximum(weight, 1e-6)[..., None]).astype(np.float32), weight)
 
 
 def _locks(head, atlas):
