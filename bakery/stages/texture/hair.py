@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from bakery.geometry.color import LUMA
+from bakery.geometry.color import LUMA, to_encoded
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.noise import value_noise
 from bakery.geometry.sample import bilinear
@@ -42,8 +42,8 @@ LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
 ON_SKIN = (89.0, 82.0)  # degrees: off the scalp the photo says nothing beyond the first
 BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
 LINE = 110  # share of the atlas over which a hairline is smooth
-TINTED = (0.03, 0.07)  # distance of shares of red, green, blue from skin's: hair from there on
-DARKER = (0.7, 0.45)  # of the skin's brightness: hair below
+UNLIKE = 0.08  # distance of sRGB colours of hair and skin that can be told apart
+LIKE = (0.35, 0.55)  # of the way from skin's colour to hair's: no hair up to it, all from it on
 LEFT = 0.05  # of what is labelled hair
 FRAYED = 0.12  # how far locks reach over it
 CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
@@ -174,12 +174,12 @@ def hair_layer(linear, mattes, head, atlas, visibility):
     if lock.sum() < 1e-4 * len(pixels):
         return np.concatenate([color, np.ones_like(color[..., :1])], -1) * shown[..., None]
     sure = cv2.erode((lock > 0.9).astype(np.float32), np.ones((5, 5), np.uint8)) * growth
-    sure = _unlike_skin(color, sure, atlas.paint(bare) * own > 0.9)
     noise = atlas.paint(_locks(head, atlas))
     line = smoothstep(0.25, 0.75, grown + FRAYED * noise)
     unseen = (1 - seen) * strip * line * (1 - lost) * (1 - _ears(head, atlas))
     dark = np.log(np.maximum(color, 1e-3))  # dark hair stays dark beside its highlights
-    smooth = np.exp(both_sides(_from_both(dark, sure if sure.any() else lock, own), seen))
+    tone = _tone(color, sure if sure.any() else lock, own, linear, mattes)
+    smooth = np.exp(both_sides(tone, seen))
     made = smooth * np.exp(_energy(color, sure) * noise)[..., None]
     # What hangs before temples and cheeks does not end with the view: it fades out beyond it.
     fade = np.clip(2 * cv2.GaussianBlur(shown, (0, 0), atlas.size / BESIDE), 0, 1)
@@ -241,19 +241,26 @@ def both_sides(values, seen):
     return values + far[..., None] * (middle - values)
 
 
-def _unlike_skin(color, sure, skin):
-    """What is surely hair [T, T] less what has the colour of `skin` [T, T] bool: rims of bald tops.
+def _tone(color, sure, own, linear, mattes):
+    """Log colour [T, T, 3] of hair that is made up: of what is `sure` [T, T], continued.
 
-    All of it stays where little else is left.
+    What is nearer to the skin's colour than to that of the photo's hair is of bald tops; where little
+    else is left, hair is seen at a slant alone, and all that is made up has its middle colour.
     """
-    if not skin.any():
-        return sure
-    usual = np.median(color[skin], 0)
-    shades, shade = (np.maximum(c.sum(-1, keepdims=True), 1e-3) for c in (color, usual))
-    tinted = np.linalg.norm(color / shades - usual / shade, axis=-1)
-    darker = (shades / shade)[..., 0]
-    unlike = sure * np.maximum(smoothstep(*TINTED, tinted), smoothstep(*DARKER, darker))
-    return unlike if unlike.sum() > LEFT * sure.sum() else sure
+    dark = np.log(np.maximum(color, 1e-3))
+    inner = cv2.erode((mattes.hair > 0.9).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    skin = mattes.skin > 0.9
+    if not (inner.any() and skin.any()):
+        return _from_both(dark, sure, own)
+    both = [np.median(linear[where], 0) for where in (inner, skin)]
+    if np.linalg.norm(to_encoded(both[0]) - to_encoded(both[1])) < UNLIKE:
+        return _from_both(dark, sure, own)
+    shown = to_encoded(np.maximum(color, 0))
+    off = [np.linalg.norm(shown - to_encoded(middle), axis=-1) for middle in both]
+    kept = sure * smoothstep(*LIKE, off[1] / np.maximum(off[0] + off[1], 1e-6))
+    if kept.sum() < LEFT * sure.sum():
+        return np.broadcast_to(np.log(np.maximum(both[0], 1e-3)), dark.shape).astype(np.float32)
+    return _from_both(dark, kept.astype(np.float32), own)
 
 
 def _from_both(values, sure, own):
