@@ -104,7 +104,8 @@ def look(
     picture = np.clip(warped(np.ascontiguousarray(encoded, np.float32)), 0, 1)
     scale_mm = mm * scale
     solid = (regions == HAIR) & (labels != HAT)
-    solid &= ~bare_rims(picture, solid, regions == SKIN, scale_mm)
+    rims = bare_rims(picture, solid, regions == SKIN, scale_mm)
+    solid &= ~rims & (rims.sum() < MOSTLY * solid.sum())
     solid = _patches(picture, solid, scale_mm)
     level = float(cameras.project(np.zeros(3), cut)[1])
     hair = _matte(picture, solid, regions, scale_mm)
@@ -143,7 +144,7 @@ def _patches(picture, solid, scale):
 def bare_rims(picture: np.ndarray, solid: np.ndarray, skin: np.ndarray, scale: float) -> np.ndarray:
     """Thin rims [H, W] bool of labelled hair in the colour of the skin beside it: bald tops.
 
-    Where that is a good part of it, all of it: a shaved head.
+    Where they are `MOSTLY` all of it, the head is shaved, or hair is as dark as skin.
 
     Args:
         picture: [H, W, 3] sRGB-encoded.
@@ -158,8 +159,8 @@ def bare_rims(picture: np.ndarray, solid: np.ndarray, skin: np.ndarray, scale: f
     core = cv2.erode(skin.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(np.float32)
     off = np.linalg.norm(picture - diffuse(picture, core), axis=-1)
     off = normalized_blur(off.astype(np.float32), solid.astype(np.float32), 4 * scale)
-    bare = thin & (off < SKINNY)
-    return bare if bare.sum() < MOSTLY * solid.sum() else solid
+    bare: np.ndarray = thin & (off < SKINNY)
+    return bare
 
 
 def _matte(picture, solid, regions, scale):
