@@ -227,3 +227,15 @@ def test_rims_of_bald_tops_are_no_hair_but_hair_as_dark_as_skin_is(dark):
     mattes = mattes_of(photo, segmentation, points_with_eyes(50.0))
     assert mattes.hair[100, 75 - band // 2] > 0.9
     assert (mattes.hair[rim].max() == 0) != dark
+
+
+def test_dark_hair_on_dark_skin_is_no_rim():
+    """The sides of a cropped head are thin, and nearly as dark as the face."""
+    labels = np.full((200, 200), BACKGROUND, np.uint8)
+    labels[5:170, 63:137] = HAIR
+    labels[50:170, 75:125] = SKIN
+    photo = photo_of(labels)
+    photo[labels == SKIN], photo[labels == HAIR] = (0.22, 0.15, 0.13), (0.12, 0.11, 0.11)
+    segmentation = Segmentation(labels, (labels == SKIN).astype(np.float32))
+    mattes = mattes_of(photo, segmentation, points_with_eyes(50.0))
+    assert mattes.hair[60:160, 66:72].min() > 0.9 and mattes.hair[20, 100] > 0.9

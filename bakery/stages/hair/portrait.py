@@ -157,10 +157,18 @@ def bare_rims(picture: np.ndarray, solid: np.ndarray, skin: np.ndarray, scale: f
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     thin = solid & (cv2.morphologyEx(solid.astype(np.uint8), cv2.MORPH_OPEN, disk) == 0)
     core = cv2.erode(skin.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(np.float32)
-    off = np.linalg.norm(picture - diffuse(picture, core), axis=-1)
-    off = normalized_blur(off.astype(np.float32), solid.astype(np.float32), 4 * scale)
+    off = _apart(picture, diffuse(picture, core), solid, scale)
     bare: np.ndarray = thin & (off < SKINNY)
+    thick = solid & ~thin
+    if thick.any():  # dark hair is near dark skin, and nearer to other hair
+        bare &= off < _apart(picture, np.median(picture[thick], 0), solid, scale)
     return bare
+
+
+def _apart(picture, colors, solid, scale):
+    """How far pixels [H, W] are from colours, smooth within a mask."""
+    off = np.linalg.norm(picture - colors, axis=-1).astype(np.float32)
+    return normalized_blur(off, solid.astype(np.float32), 4 * scale)
 
 
 def _matte(picture, solid, regions, scale):
