@@ -16,7 +16,8 @@ from bakery.stages.hair.chart import COLUMNS, ROWS
 from bakery.stages.hair.directions import photographed
 from bakery.stages.hair.mesh import _clipped
 from bakery.stages.hair.portrait import look
-from bakery.stages.hair.shell import _held, make_shell
+from bakery.stages.hair.presence import _held
+from bakery.stages.hair.shell import make_shell
 from bakery.stages.segment import BACKGROUND, EARS, HAIR, HAT, SKIN, Segmentation
 from bakery.types import EXPRESSIONS, HAIR_TRIANGLES, Camera, Fit
 

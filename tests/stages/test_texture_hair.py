@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from bakery.geometry import rotation
 from bakery.geometry.sample import bilinear
-from bakery.heads.scalp import scalp
+from bakery.heads.scalp import ear_box, ear_depth, scalp, unrolled
 from bakery.landmarks import FACE
 from bakery.stages.atlas import make_atlas, make_view, visibility_of
 from bakery.stages.segment import BACKGROUND, HAIR, SKIN, Segmentation
@@ -162,3 +163,79 @@ def test_the_strip_beside_hair_stays_at_the_hairline():
     near = _near(growth)[:, 125]
     assert near[:100].min() > 0.9 and near[110:].max() < 0.1
     assert (np.diff(near) <= 1e-6).all(), "it ends softly"
+
+
+def test_no_hair_grows_on_ears(head, seen):
+    atlas, visibility = seen
+    layer = hair_layer(*photo_with_hair_above(230), head, atlas, visibility)
+    flat = unrolled(head)(atlas.at(head.mean))
+    ears = (ear_depth(flat, ear_box(head)) < 0.5) & (visibility.weight(80, 60) == 0)
+    assert ears.any() and layer.reshape(-1, 4)[atlas.index][ears, 3].max() < 0.05
+
+
+def test_hair_that_is_made_up_has_no_skins_colour(head, seen):
+    """The rim of a bald top is labelled hair, in the colour of skin; brown hair grows at the sides."""
+    atlas, visibility = seen
+    linear, mattes = photo_with_hair_above(200)
+    linear[:, 216:296] = 0.5
+    layer = hair_layer(linear, mattes, head, atlas, visibility)
+    points = atlas.at(head.mean)
+    back = points[:, 2] < points[:, 2].min() + 30
+    texel = layer.reshape(-1, 4)[atlas.index][back & (points[:, 1] > points[:, 1].max() - 90)]
+    color = texel[:, :3] / np.maximum(texel[:, 3:], 1e-3)
+    np.testing.assert_allclose(np.median(color, 0), BROWN, rtol=0.25)  # locks differ
+
+
+def test_a_side_seen_at_a_slant_has_the_colours_of_the_other(head):
+    """Of a head turned by 40 degrees the far temple, where skin shows, is as brown as the near one."""
+    turn = rotation.vector(rotation.matrix(np.array([0, np.radians(40.0), 0])))
+    camera = Camera(2000.0, np.array([256.0, 256.0]), turn, np.array([0, 20.0, -1500.0]), 512, 512)
+    atlas = make_atlas(head, 256).take("skin")
+    visibility = visibility_of(atlas, make_view(head.mean, head, camera))
+    linear, mattes = photo_with_hair_above(230)
+    across = visibility.pixels[visibility.visible > 0.5][:, 0]
+    growth = atlas.at(scalp(head)[:, None])[:, 0]
+    points = atlas.at(head.mean)
+    temple = (growth > 0.9) & (points[:, 1] > 20) & (points[:, 1] < 60) & (points[:, 2] > -110)
+    sides = [temple & (sign * points[:, 0] > 50) for sign in (-1, 1)]
+    far, near = sorted(sides, key=lambda side: visibility.cosine[side].mean())
+    rim = np.median(visibility.pixels[far][:, 0]) < np.median(across)
+    edge = slice(None, int(across.min()) + 40) if rim else slice(int(across.max()) - 40, None)
+    linear[:, edge] = 0.5
+    mattes.hair[:, edge], mattes.skin[:, edge] = 0, 1
+    texel = hair_layer(linear, mattes, head, atlas, visibility).reshape(-1, 4)[atlas.index]
+    assert texel[near, 3].mean() > 0.9
+    assert texel[far, 3].mean() > 0.9
+    color = texel[far, :3] / np.maximum(texel[far, 3:], 1e-3)
+    np.testing.assert_allclose(np.median(color, 0), BROWN, rtol=0.3)
+
+
+@pytest.mark.parametrize("dark", [True, False])
+def test_rims_of_bald_tops_are_no_hair_but_hair_as_dark_as_skin_is(dark):
+    """Hair around a face: a rim in skin's colour above brown sides, or all of it thin and as dark."""
+    labels = np.full((200, 200), BACKGROUND, np.uint8)
+    band = 12 if dark else 35  # pixels, of 1.8 mm; a cropped head's is thin throughout
+    labels[30:170, 75 - band : 125 + band] = HAIR
+    labels[40:170, 75:125] = SKIN
+    photo = photo_of(labels)
+    rim = np.zeros(labels.shape, bool)
+    rim[32:38, 85:115] = True
+    photo[30:40, 75:125] = photo[100, 100]
+    if dark:
+        photo[labels == HAIR] = photo[100, 100] + np.float32(0.02)
+    segmentation = Segmentation(labels, (labels == SKIN).astype(np.float32))
+    mattes = mattes_of(photo, segmentation, points_with_eyes(50.0))
+    assert mattes.hair[100, 75 - band // 2] > 0.9
+    assert (mattes.hair[rim].max() == 0) != dark
+
+
+def test_dark_hair_on_dark_skin_is_no_rim():
+    """The sides of a cropped head are thin, and nearly as dark as the face."""
+    labels = np.full((200, 200), BACKGROUND, np.uint8)
+    labels[5:170, 63:137] = HAIR
+    labels[50:170, 75:125] = SKIN
+    photo = photo_of(labels)
+    photo[labels == SKIN], photo[labels == HAIR] = (0.22, 0.15, 0.13), (0.12, 0.11, 0.11)
+    segmentation = Segmentation(labels, (labels == SKIN).astype(np.float32))
+    mattes = mattes_of(photo, segmentation, points_with_eyes(50.0))
+    assert mattes.hair[60:160, 66:72].min() > 0.9 and mattes.hair[20, 100] > 0.9

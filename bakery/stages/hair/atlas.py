@@ -15,14 +15,17 @@ from bakery.stages.hair.chart import COLUMNS, ROWS
 from bakery.stages.hair.directions import frame
 from bakery.stages.hair.mesh import body_depth
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
-from bakery.stages.hair.shell import Shell
+from bakery.stages.hair.shell import Shell, told
 from bakery.stages.hair.strands import KNOTS
 
 CAP_PART = 0.3  # of the atlas's height
 GUTTER = 2  # texels around each card
+RAGGED, LONG = 0.3, 130.0  # of wisps so long, mm, so much has strands of different length
+POINTED = 0.4  # of its width that a wisp gets narrower to its tip
 STRAND = 0.7  # mm, width of the strands that are made up
 SHADE = 0.9  # of what unseen hair is as bright as the hair around it
 INNER_SIDE = 0.35  # how much of the photo shows on hair that it sees from within, in the dark
+SLANT = (0.12, 0.35)  # cosine to the camera: the photo is not shown up to it, and all from it on
 OBSERVED, INFERRED = 1, 3
 
 
@@ -79,6 +82,7 @@ class Painter:
         self.normals = charts.smooth(frame(shell)[:, :, 2], 5.0)
         self.tone = self._tone()
         self.energy = self._energy()
+        self.carving = self._carving()
 
     def _nearest(self):
         """Depth [H, W] of the first surface: head or shell."""
@@ -105,6 +109,13 @@ class Painter:
             np.float32
         )
         values = bilinear(dark, pixels)
+        # A side that is seen badly has the other one's colours.
+        other = weight[:, ::-1] * (1 - np.clip(weight, 0, 1))
+        both = weight + other
+        values = (values * weight[..., None] + values[:, ::-1] * other[..., None]) / np.maximum(
+            both, 1e-6
+        )[..., None]
+        weight = both
         wide, stretch = COLUMNS // 2, 3  # colours go on around the head rather than up and down
         padded, known = (
             np.repeat(
@@ -143,8 +154,10 @@ class Painter:
         thick = shell.chart.take(shell.radius - shell.base, cells)
         first = depth < at(self.nearest, pixels) + 9 + 0.4 * thick
         slant = self._cosine(points, cells)
-        shown = inside * first * smoothstep(0.06, 0.25, np.abs(slant))
+        shown = inside * first * smoothstep(*SLANT, np.abs(slant))
         shown = shown * np.where(slant < 0, INNER_SIDE, 1.0)
+        air, on_skin = shell.chart.take(self.carving, cells).T
+        shown = shown * on_skin
         hair = bilinear(portrait.hair, pixels)
         picture = bilinear(portrait.color, pixels)
         if skin:
@@ -157,7 +170,20 @@ class Painter:
         made = np.exp(tone + np.log(SHADE) + (0.8 * self.energy * streak)[:, None])
         color = made + shown[:, None] * (picture - made)
         before = smoothstep(6.0, 1.0, depth - body_depth(portrait, shell, pixels)) * inside
+        before = before * np.where(at(portrait.depth, pixels) < NOTHING, on_skin, air)
         return color, shown, 1 - before * (1 - hair)
+
+    def _carving(self):
+        """How far the photo may cut hair off before backdrop, and before skin: [ROWS, COLUMNS, 2] 0..1.
+
+        Nothing where the skull itself is before the backdrop, for it is fitted too wide; and of hair that
+        grows there, not what the photo does not tell (`presence`).
+        """
+        portrait, shell = self.portrait, self.shell
+        pixels, _ = portrait.pixels(shell.surface(charts.grid(), 0.0))
+        fits = ~(portrait.inside(pixels) & at(portrait.behind, pixels))
+        both = np.stack([fits, told(shell)], -1).astype(float)
+        return np.clip(charts.smooth(both, 4.0), 0, 1)
 
     def _cosine(self, points, cells):
         """Between the shell's normal and the line of sight, [n]."""
@@ -192,9 +218,10 @@ def paint_cards(painter, layout, edges, cells, solid, length, texture, direction
     across = s * (layout.width[card] / layout.height[card] * length[card]) / STRAND
     streak, ragged = _streaks(card, across, t)
     color, shown, left = painter.color(points, place, streak)
-    alpha = _strand_alpha(card, s, across, t, ragged, solid[card])
+    alpha = _strand_alpha(card, s, across, t, ragged, solid[card], length[card])
     alpha *= left
-    alpha *= smoothstep(0.35, 0.65, painter.shell.chart.take(painter.shell.there, place))
+    there = painter.shell.chart.take(painter.shell.there, place)
+    alpha *= smoothstep(0.3, 0.7, there + 0.25 * (ragged - 0.5))
     row, column = layout.top[card] + y, layout.left[card] + x
     texture[row, column, :3] = color * alpha[:, None]
     texture[row, column, 3] = alpha
@@ -235,13 +262,18 @@ def _streaks(card, across, t):
     return noise, _smooth_hash(card, bent * 0.8, 4)
 
 
-def _strand_alpha(card, s, across, t, ragged, solid):
-    tip = 1 - 0.3 * ragged
+def _strand_alpha(card, s, across, t, ragged, solid, length):
+    tip = 1 - RAGGED * np.minimum(length / LONG, 1) * ragged
     ends = smoothstep(0.0, 0.12, tip - t)
     begins = smoothstep(0.0, 0.05, t - 0.12 * _smooth_hash(card, across * 1.3, 6))
     edge = np.abs(2 * s - 1)
-    inner = 1 - 0.5 * _smooth_hash(card, t * 6 + 40 * (s > 0.5), 7) - 0.25 * ragged
-    sides = smoothstep(1.0, 0.6, edge / np.maximum(inner, 0.3) * 0.8)
+    inner = (
+        1
+        - POINTED * smoothstep(0.6, 1.0, t)
+        - 0.5 * _smooth_hash(card, t * 6 + 40 * (s > 0.5), 7)
+        - 0.25 * ragged
+    )
+    sides = smoothstep(1.0, 0.6, edge / np.maximum(inner, 0.25) * 0.8)
     gaps = 1 - (1 - solid) * 0.55 * smoothstep(0.55, 0.85, _smooth_hash(card, across * 1.7, 8)) * (
         0.3 + 0.7 * t
     )

@@ -90,6 +90,16 @@ def smooth(values: np.ndarray, sigma: float) -> np.ndarray:
     return blurred.reshape(values.shape)
 
 
+def distance_inside(mask: np.ndarray) -> np.ndarray:
+    """Distance [ROWS, COLUMNS] mm within a mask of cells from its border, less than 0 outside."""
+    wide = np.pad(mask, ((1, 0), (COLUMNS // 2, COLUMNS // 2)), "wrap").astype(np.uint8)
+    wide[0] = wide[1].max()
+    inner = cv2.distanceTransform(wide, cv2.DIST_L2, 3)
+    outer = cv2.distanceTransform(1 - wide, cv2.DIST_L2, 3)
+    away = (inner - outer)[1:, COLUMNS // 2 : -COLUMNS // 2]
+    return np.clip(away, -1000.0, 1000.0) * STEP  # rows; none of it may be beside a mask
+
+
 def make_chart(head: HeadModel, neutral: np.ndarray) -> Chart:
     """The chart of a neutral shape [V, 3] mm."""
     faces = head.faces[head.part_faces("skin")]

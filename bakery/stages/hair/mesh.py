@@ -9,16 +9,16 @@ from bakery.geometry.fill import smoothstep
 from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
-from bakery.stages.hair.shell import Shell, distance_inside
+from bakery.stages.hair.shell import Shell, told
 from bakery.stages.hair.strands import KNOTS, Wisps
 
 CAP = 0.75  # share of the way from what hair lies on to where it ends
 LAYERS = {0.55: 0.86, 0.8: 0.95, 1.0: 1.03}  # the same for wisps, by their layer
-OVER = 1.5  # mm that wisps stand out farther: the photo cuts them to its outline
+OVER = 3.0  # mm that wisps stand out farther: the photo cuts them to its outline
 UNDER = 2.5  # mm below the skin that the cap's border goes
 RETREAT = 6.0  # mm that the cap ends before the hair does
 RISE = 14.0  # mm over which it rises from its border
-ENDS = 5  # rows above the end of hanging hair at which its core ends
+ENDS = 3  # rows above the end of hanging hair at which its core ends
 FINE, COARSE = (2, 2), (4, 4)  # rows and columns of the chart between the cap's vertices
 FREE = 22  # rows below the equator from which all hair hangs
 HANGS = 16  # rows below the equator from which the cap has an inner side
@@ -39,10 +39,11 @@ def cap_share(shell: Shell, portrait: Portrait) -> np.ndarray:
     size = 2 * max(int(1.2 * portrait.scale), 1) + 1
     sure = cv2.erode((portrait.hair > 0.6).astype(np.uint8), np.ones((size, size), np.uint8)) > 0
     out = np.full((ROWS, COLUMNS), np.nan)
+    untold = told(shell) < 0.5
     for share in (0.0, 0.15, 0.3, 0.45, 0.6, CAP):
         pixels, depth = portrait.pixels(shell.surface(cells, share))
         allowed = ~portrait.inside(pixels) | at(sure, pixels)
-        allowed |= depth > body_depth(portrait, shell, pixels) + 6
+        allowed |= untold | (depth > body_depth(portrait, shell, pixels) + 6)
         out = np.where(allowed, share, out)
     return out
 
@@ -70,7 +71,7 @@ def cap_surface(shell: Shell, portrait: Portrait) -> tuple[np.ndarray, np.ndarra
     below[-ENDS:] = 0
     there = np.where(hung, np.minimum(shell.there, below), shell.there) > 0.5
     before = (shell.growth < 0.35) & _before_face(shell, portrait, cells)
-    inner = charts.smooth(distance_inside(there & ~np.isnan(share) & ~before), 4.0) - RETREAT
+    inner = charts.smooth(charts.distance_inside(there & ~np.isnan(share) & ~before), 4.0) - RETREAT
     lowest = charts.smooth(cv2.erode(np.nan_to_num(share), np.ones((3, 3))), 4.0)
     out = shell.base + lowest * (shell.radius - shell.base) * smoothstep(0, RISE, inner)
     rim = np.where(hung, 0.0, UNDER) * smoothstep(4.0, -4.0, inner)

@@ -18,7 +18,7 @@ ASIDE, ABOVE, BELOW = 190.0, 160.0, 330.0  # mm around the middle of the head th
 SPECK = 60.0, 0.08  # mm2, share of all hair: smaller patches of hair are mistakes
 WISP = 5.0  # mm around the outline in which the photo says what is hair
 THIN = 13.0  # mm, half of the width of what may be a bald top's rim
-MOSTLY = 0.3  # of all hair
+MOSTLY = 0.5  # of all hair: more of it like skin, and all is
 SKINNY = 0.17  # distance of sRGB colours below which it is bare
 UNLIKE = 0.35  # distance of sRGB colours of two patches that are not both hair
 POCKETS = 18.0, 45.0  # mm from the backdrop, above and below the eyes: how far it is seen in hair
@@ -104,7 +104,8 @@ def look(
     picture = np.clip(warped(np.ascontiguousarray(encoded, np.float32)), 0, 1)
     scale_mm = mm * scale
     solid = (regions == HAIR) & (labels != HAT)
-    solid &= ~_bare(picture, solid, regions == SKIN, scale_mm)
+    rims = bare_rims(picture, solid, regions == SKIN, scale_mm)
+    solid &= ~rims & (rims.sum() < MOSTLY * solid.sum())
     solid = _patches(picture, solid, scale_mm)
     level = float(cameras.project(np.zeros(3), cut)[1])
     hair = _matte(picture, solid, regions, scale_mm)
@@ -140,10 +141,15 @@ def _patches(picture, solid, scale):
     return kept[number]
 
 
-def _bare(picture, solid, skin, scale):
-    """Thin rims [H, W] of what is labelled hair and has the colour of the skin beside it: bald tops.
+def bare_rims(picture: np.ndarray, solid: np.ndarray, skin: np.ndarray, scale: float) -> np.ndarray:
+    """Thin rims [H, W] bool of labelled hair in the colour of the skin beside it: bald tops.
 
-    Where that is a good part of it, all of it: a shaved head.
+    Where they are `MOSTLY` all of it, the head is shaved, or hair is as dark as skin.
+
+    Args:
+        picture: [H, W, 3] sRGB-encoded.
+        solid, skin: [H, W] bool, what is labelled hair and skin.
+        scale: pixels a millimetre.
     """
     if not skin.any() or not solid.any():
         return np.zeros_like(solid)
@@ -151,10 +157,18 @@ def _bare(picture, solid, skin, scale):
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     thin = solid & (cv2.morphologyEx(solid.astype(np.uint8), cv2.MORPH_OPEN, disk) == 0)
     core = cv2.erode(skin.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(np.float32)
-    off = np.linalg.norm(picture - diffuse(picture, core), axis=-1)
-    off = normalized_blur(off.astype(np.float32), solid.astype(np.float32), 4 * scale)
-    bare = thin & (off < SKINNY)
-    return bare if bare.sum() < MOSTLY * solid.sum() else solid
+    off = _apart(picture, diffuse(picture, core), solid, scale)
+    bare: np.ndarray = thin & (off < SKINNY)
+    thick = solid & ~thin
+    if thick.any():  # dark hair is near dark skin, and nearer to other hair
+        bare &= off < _apart(picture, np.median(picture[thick], 0), solid, scale)
+    return bare
+
+
+def _apart(picture, colors, solid, scale):
+    """How far pixels [H, W] are from colours, smooth within a mask."""
+    off = np.linalg.norm(picture - colors, axis=-1).astype(np.float32)
+    return normalized_blur(off, solid.astype(np.float32), 4 * scale)
 
 
 def _matte(picture, solid, regions, scale):

@@ -5,14 +5,16 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from bakery.geometry.color import LUMA
+from bakery.geometry.color import LUMA, to_encoded
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.noise import value_noise
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
-from bakery.heads.scalp import scalp
+from bakery.heads.scalp import ear_box, ear_depth, scalp, unrolled
 from bakery.landmarks import CHIN, OVAL, face_size
 from bakery.stages.atlas import Atlas, soften, uv_polygon
+from bakery.stages.hair.portrait import MOSTLY, bare_rims
+from bakery.stages.hair.presence import trusted, weighed
 from bakery.stages.segment import (
     BACKGROUND,
     BEARD,
@@ -28,6 +30,7 @@ from bakery.stages.segment import (
     Segmentation,
 )
 
+EYES_APART = 90.0  # mm, `face_size` of a mean head
 HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
 SHOWN_STRIP = (0.18, 0.13)  # the layer shows none, all: wider, so that nothing gapes between both
 HALO = (0.015, 0.04)  # of the eye distance, from the background: its light is on what is nearer
@@ -36,10 +39,13 @@ HAIRLINE = 1 / 25  # of the atlas's side: twice how far off the scalp a hairline
 JAW = 20.0  # mm above the chin, where the layer has gone
 POCKETS = 0.25  # of the eye distance, from the background: how far between strands it is seen
 LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
-ON_SCALP = (89.0, 82.0)  # degrees: the photo says nothing beyond the first, all below the second
-ON_SKIN = (89.0, 82.0)  # the same off the scalp, where hair hangs before the skin, not on it
+ON_SKIN = (89.0, 82.0)  # degrees: off the scalp the photo says nothing beyond the first
 BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
-BARE = (89.0, 80.0)  # the same for the strip of skin beside hair, which darkens towards its edge
+LINE = 110  # share of the atlas over which a hairline is smooth
+UNLIKE = 0.08  # distance of sRGB colours of hair and skin that can be told apart
+LIKE = (0.35, 0.55)  # of the way from skin's colour to hair's: no hair up to it, all from it on
+LEFT = 0.05  # of what is labelled hair
+FRAYED = 0.12  # how far locks reach over it
 CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
 
 
@@ -68,6 +74,10 @@ def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarra
         points: [L, 2] pixels.
     """
     hair = segmentation.regions == HAIR
+    picture = np.ascontiguousarray(encoded, np.float32)
+    scale = face_size(points) / EYES_APART
+    rims = bare_rims(picture, hair, segmentation.regions == SKIN, scale)
+    hair = hair & ~(rims & (rims.sum() < MOSTLY * hair.sum()))
     away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
     taken = smoothstep(*HAIR_STRIP, away) if hair.any() else np.ones(hair.shape)
     shown = smoothstep(*SHOWN_STRIP, away) if hair.any() else np.zeros(hair.shape)
@@ -134,32 +144,43 @@ def hair_layer(linear, mattes, head, atlas, visibility):
     pixels = visibility.pixels
     inside = atlas.paint(np.ones(len(pixels), np.float32))
     growth = growth_on(head, atlas)
+    strip = _near(growth)
     here, bare, edge = (bilinear(m, pixels) for m in (mattes.hair, mattes.skin, mattes.strip))
     on_head = _above_the_neck(head, atlas)
     here, edge = here * on_head, edge * on_head
     # Background that a skull too large shows is no proof of a bald head.
     proof = smoothstep(0.3, 0.9, here + edge + bare)
-    on_scalp, on_skin, on_bare = (
-        soften(atlas.paint(visibility.weight(*limits) * proof), inside, blur)
-        for limits, blur in ((ON_SCALP, 1 / 400), (ON_SKIN, 1 / 400), (BARE, 1 / 120))
-    )
-    seen = on_skin + growth * (on_scalp - on_skin)
+    told, cosine = atlas.paint(visibility.visible * proof), atlas.paint(visibility.cosine)
+    on_skin = soften(atlas.paint(visibility.weight(*ON_SKIN) * proof), inside)
     color = atlas.paint(bilinear(linear, pixels))
-    here, edge = atlas.paint(here), atlas.paint(edge) * _near(growth)
+    here, edge = atlas.paint(here), atlas.paint(edge) * strip
     lost = _loose(here, growth)
     here, edge = here * (1 - lost), edge * (1 - lost)
-    shown = np.clip(seen * here + on_bare * edge, 0, 1)
+
+    def blurred(grid):
+        return cv2.GaussianBlur((grid * inside).astype(np.float32), (0, 0), atlas.size / LINE)
+
+    # Unseen scalp has hair if the scalp that was seen nearest to it has: thin hair stays thin.
+    own, other = trusted(cosine, told)
+    near = np.minimum(on_skin * (1 - other), growth + 0.02)
+    near = _from_both(here[..., None], near.astype(np.float32), own)
+    usual = growth * smoothstep(0.35, 0.65, both_sides(near, on_skin))[..., 0]
+    grown = weighed(own, other, here, usual, blurred)
+    own = soften(own.astype(np.float32), inside)
+    seen = on_skin + strip * (own - on_skin)
+    shown = np.clip(seen * here + own * edge, 0, 1)
 
     lock = here * seen
     if lock.sum() < 1e-4 * len(pixels):
         return np.concatenate([color, np.ones_like(color[..., :1])], -1) * shown[..., None]
-    # Unseen scalp has hair if the scalp that was seen nearest to it has: thin hair stays thin.
-    grown = diffuse(here[..., None], np.minimum(on_scalp, growth + 0.02))
-    unseen = (1 - seen) * growth * smoothstep(0.35, 0.65, both_sides(grown, seen))[..., 0]
     sure = cv2.erode((lock > 0.9).astype(np.float32), np.ones((5, 5), np.uint8)) * growth
+    noise = atlas.paint(_locks(head, atlas))
+    line = smoothstep(0.25, 0.75, grown + FRAYED * noise)
+    unseen = (1 - seen) * strip * line * (1 - lost) * (1 - _ears(head, atlas))
     dark = np.log(np.maximum(color, 1e-3))  # dark hair stays dark beside its highlights
-    smooth = np.exp(both_sides(diffuse(dark, sure if sure.any() else lock), seen))
-    made = smooth * np.exp(atlas.paint(_locks(head, atlas, color, sure)))[..., None]
+    tone = _tone(color, sure if sure.any() else lock, own, linear, mattes)
+    smooth = np.exp(both_sides(tone, seen))
+    made = smooth * np.exp(_energy(color, sure) * noise)[..., None]
     # What hangs before temples and cheeks does not end with the view: it fades out beyond it.
     fade = np.clip(2 * cv2.GaussianBlur(shown, (0, 0), atlas.size / BESIDE), 0, 1)
     fade *= (
@@ -182,6 +203,12 @@ def _near(growth):
     width = int(HAIRLINE * len(growth)) | 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
     return cv2.GaussianBlur(cv2.dilate(growth, kernel), (0, 0), width / 6)
+
+
+def _ears(head, atlas):
+    """1 on the ears [T, T], where no hair grows."""
+    flat = unrolled(head)(atlas.at(head.mean))
+    return atlas.paint((ear_depth(flat, ear_box(head)) < 1).astype(np.float32))
 
 
 def _loose(here, growth):
@@ -214,8 +241,42 @@ def both_sides(values, seen):
     return values + far[..., None] * (middle - values)
 
 
-def _locks(head, atlas, color, sure):
-    """Log-brightness [n] of locks that run down from the crown, as strong as those in the photo."""
+def _tone(color, sure, own, linear, mattes):
+    """Log colour [T, T, 3] of hair that is made up: of what is `sure` [T, T], continued.
+
+    What is nearer to the skin's colour than to that of the photo's hair is of bald tops; where little
+    else is left, hair is seen at a slant alone, and all that is made up has its middle colour.
+    """
+    dark = np.log(np.maximum(color, 1e-3))
+    inner = cv2.erode((mattes.hair > 0.9).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    skin = mattes.skin > 0.9
+    if not (inner.any() and skin.any()):
+        return _from_both(dark, sure, own)
+    both = [np.median(linear[where], 0) for where in (inner, skin)]
+    if np.linalg.norm(to_encoded(both[0]) - to_encoded(both[1])) < UNLIKE:
+        return _from_both(dark, sure, own)
+    shown = to_encoded(np.maximum(color, 0))
+    off = [np.linalg.norm(shown - to_encoded(middle), axis=-1) for middle in both]
+    kept = sure * smoothstep(*LIKE, off[1] / np.maximum(off[0] + off[1], 1e-6))
+    if kept.sum() < LEFT * sure.sum():
+        return np.broadcast_to(np.log(np.maximum(both[0], 1e-3)), dark.shape).astype(np.float32)
+    return _from_both(dark, kept.astype(np.float32), own)
+
+
+def _from_both(values, sure, own):
+    """Values [T, T, C] continued from where they are `sure` [T, T], the other side's too.
+
+    Args:
+        own: [T, T] 0..1, how squarely a side is seen: a far one takes after the near one.
+    """
+    other = sure[:, ::-1] * (1 - own) * (sure < 0.5)
+    weight = (sure + other).astype(np.float32)
+    both = values * sure[..., None] + values[:, ::-1] * other[..., None]
+    return diffuse((both / np.maximum(weight, 1e-6)[..., None]).astype(np.float32), weight)
+
+
+def _locks(head, atlas):
+    """Noise [n] of unit strength in locks that run down from the crown."""
     points = atlas.at(head.mean)
     out = points - [0.0, points[:, 1].max() - 95, points[:, 2].mean()]
     radius = np.linalg.norm(out, axis=1)
@@ -226,8 +287,12 @@ def _locks(head, atlas, color, sure):
     places = np.stack(
         [np.cos(around) * ring / width, np.sin(around) * ring / width, down * radius / length], 1
     )
+    return value_noise(places, 1.0, 7)
+
+
+def _energy(color, sure):
+    """How strongly the log-brightness of locks differs, in what is surely hair."""
     gray = np.log(np.maximum(color @ LUMA, 1e-3))
     fine = gray - cv2.GaussianBlur(gray, (0, 0), 4)
     inner = cv2.erode(sure, np.ones((9, 9), np.uint8)) > 0
-    energy = min(float(np.std(fine[inner])), 0.5) if inner.any() else 0.1
-    return np.float32(energy) * value_noise(places, 1.0, 7)
+    return np.float32(min(float(np.std(fine[inner])), 0.5) if inner.any() else 0.1)
