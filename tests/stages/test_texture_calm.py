@@ -1,0 +1,68 @@
+"""Cheeks of a smile become as even as resting ones; what is fainter, or elsewhere, is left alone."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from bakery.geometry.color import LUMA
+from bakery.stages.atlas import make_atlas
+from bakery.stages.texture import calm
+
+SKIN = np.array([0.45, 0.28, 0.22], np.float32)
+STREAK = 6.0  # mm, wavelength
+
+
+@pytest.fixture(scope="module")
+def face(head):
+    """Atlas of skin, each texel's place in mm, and how surely it lies on a cheek."""
+    on_skin = make_atlas(head, 512).take("skin")
+    weight, texel = calm._cheeks(head, on_skin)
+    assert 0.3 < texel < 0.7  # mm: a face of 200 mm on some 400 texels
+    return on_skin, on_skin.at(head.mean), weight.reshape(-1)[on_skin.index]
+
+
+def streaks(places, height):
+    return SKIN * np.exp(height * np.sin(2 * np.pi * places[:, 1:2] / STREAK)).astype(np.float32)
+
+
+def spread(colors, rows):
+    return float(np.log(colors[rows] @ LUMA).std())
+
+
+def test_streaks_are_brought_down_to_rest(head, face):
+    on_skin, places, weight = face
+    core = np.flatnonzero(weight > 0.95)
+    assert len(core) > 2000
+    plain = np.ones(len(places), np.float32)
+    streaked = streaks(places, 0.4)
+    made = calm.calmed(streaked, plain, head, on_skin, 1.0)
+    # 0.28 before; each of the octaves that share a wavelength keeps what it has at rest.
+    most = sum(limit for _, limit, _ in calm.OCTAVES[:5])
+    assert spread(made, core) < min(most, spread(streaked, core) / 2)
+    assert_allclose(np.log(made[core]).mean(0), np.log(SKIN), atol=0.02)
+    away = weight == 0  # lips, nose, lids, brows and forehead
+    assert away.sum() > 2000
+    assert_allclose(made[away], streaked[away], rtol=1e-6)
+
+
+def test_faint_unevenness_and_resting_faces_stay(head, face):
+    on_skin, places, _ = face
+    plain = np.ones(len(places), np.float32)
+    faint = streaks(places, 0.01)
+    assert_allclose(calm.calmed(faint, plain, head, on_skin, 1.0), faint, rtol=1e-3)
+    assert calm.calmed(faint, plain, head, on_skin, 0.0) is faint
+
+
+def test_a_beard_stays(head, face):
+    on_skin, places, _ = face
+    beard = streaks(places, 0.4)
+    none = np.zeros(len(places), np.float32)
+    assert_allclose(calm.calmed(beard, none, head, on_skin, 1.0), beard, rtol=1e-6)
+
+
+def test_patches_of_colour_go(head, face):
+    on_skin, places, weight = face
+    plain, core = np.ones(len(places), np.float32), weight > 0.95
+    redder = 0.2 * np.sin(2 * np.pi * places[:, 1:2] / STREAK) * np.array([1, 0, -1])
+    made = calm.calmed(SKIN * np.exp(redder), plain, head, on_skin, 1.0)
+    assert np.log(made[core, 0] / made[core, 2]).std() < 0.5 * (2 * redder[core, 0]).std()
