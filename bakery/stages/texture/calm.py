@@ -31,9 +31,12 @@ OCTAVES = (
 )
 NEAR = 2.5  # widths of an octave's blur over which its amplitude is taken
 NOSE = np.array([168, 417, 465, 343, 277, 279, 358, 327, 2, 98, 129, 49, 47, 114, 245, 193])
+WINGS = np.array([327, 326, 2, 97, 98])  # the nose's base, from its left wing to the right
+MOUSTACHE = np.concatenate([marks.LIPS_OUTER_UPPER, WINGS])
 RINGS = (  # what has edges of its own, how much larger, and mm over which the skin beside it fades in
     (marks.LIPS_OUTER, 1.0, (1.0, 5.0)),
     (NOSE, 1.0, (1.0, 4.0)),
+    (MOUSTACHE, 1.0, (1.0, 5.0)),
     (marks.EYE_RIGHT, 1.2, (3.0, 7.0)),
     (marks.EYE_LEFT, 1.2, (3.0, 7.0)),
     (marks.BROW_RIGHT, 1.0, (1.0, 5.0)),
@@ -43,6 +46,9 @@ WITHIN, FADE = (
     1.05,
     1 / 60,
 )  # of the face's contour, whose border fades over so much of the atlas's side
+# A beard is no fold: how much more detail of HAIRS (mm) there is above the lip than on the cheeks, of nobody
+# and of who has one (4 of congress/train: 2.3 to 3.8; shaven 1.5). Then all stays from the mouth down.
+BEARD, HAIRS, BELOW = (1.6, 2.2), (0.35, 1.4), 3.0
 DARK = 2e-3  # linear
 
 
@@ -60,8 +66,9 @@ def calmed(
         return colors
     weight, texel = _cheeks(head, on_skin)
     window = around(weight > 0, 0)
-    weight = (share * weight * on_skin.paint(plain))[window]
     log = np.log(np.maximum(on_skin.paint(colors.astype(np.float32))[window], DARK))
+    beard = _beard(head, on_skin, log, weight, window, texel)
+    weight = (share * weight * on_skin.paint(plain))[window] * (1 - beard)
     change, fine, known = np.zeros_like(log), log, (weight > 0).astype(np.float32)
     for width, *most in OCTAVES:
         coarse = normalized_blur(log, known, width / texel)
@@ -75,6 +82,19 @@ def calmed(
     factor[window] = np.exp(change * weight[..., None])
     out: np.ndarray = colors * factor.reshape(-1, 3)[on_skin.index]
     return out
+
+
+def _beard(head, on_skin, log, weight, window, texel):
+    """How surely a texel of the window [h, w] may hold a beard, as hair above the lip tells."""
+    places, points = on_skin.at(head.mean), head.landmarks(head.mean)
+    level = points[marks.MOUTH_CORNERS, 1].mean()
+    below = on_skin.paint(smoothstep(level + BELOW, level - BELOW, places[:, 1]))[window]
+    skin = on_skin.paint(np.ones(len(places), np.float32))[window]
+    fine, coarse = (normalized_blur(log @ LUMA, skin, width / texel) for width in HAIRS)
+    detail = np.abs(fine - coarse)
+    lip = cv2.erode(uv_polygon(head, MOUSTACHE, 0.8, on_skin.size), np.ones((3, 3)))[window] > 0
+    usual = np.median(detail[(weight[window] > 0.9) & (below == 0)])
+    return below * smoothstep(*BEARD, np.median(detail[lip]) / max(float(usual), 1e-6))
 
 
 def _cheeks(head: HeadModel, on_skin: Atlas) -> tuple[np.ndarray, float]:
