@@ -65,7 +65,8 @@ def test_who_has_a_moustache_keeps_what_is_below_the_mouth(head, face):
     mouth = head.landmarks(head.mean)[MOUTH_CORNERS, 1].mean()
     below, above = (places[:, 1] < mouth - 5), (places[:, 1] > mouth + 5)
     assert_allclose(made[below | lip], grown[below | lip], rtol=1e-5)
-    cheek = np.flatnonzero(above & (weight > 0.95))
+    beside = np.abs(places[:, 0]) < 45  # mm, well off the moustache
+    cheek = np.flatnonzero(above & ~beside & (weight > 0.95))
     # 0.14 before; what the octaves about 6 mm keep at rest comes to 0.08.
     assert spread(made, cheek) < 0.6 * spread(grown, cheek)
 

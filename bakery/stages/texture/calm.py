@@ -47,8 +47,9 @@ WITHIN, FADE = (
     1 / 60,
 )  # of the face's contour, whose border fades over so much of the atlas's side
 # A beard is no fold: how much more detail of HAIRS (mm) there is above the lip than on the cheeks, of nobody
-# and of who has one (4 of congress/train: 2.3 to 3.8; shaven 1.5). Then all stays from the mouth down.
-BEARD, HAIRS, BELOW = (1.6, 2.2), (0.35, 1.4), 3.0
+# and of who has one (4 of congress/train: 2.3 to 3.8; shaven 1.5). Then all
+# stays from the mouth down (its corners, to both sides) and beside the moustache; mm.
+BEARD, HAIRS, BELOW, BESIDE = (1.6, 2.2), (0.35, 1.4), 3.0, (20.0, 12.0)
 DARK = 2e-3  # linear
 
 
@@ -92,9 +93,11 @@ def _beard(head, on_skin, log, weight, window, texel):
     skin = on_skin.paint(np.ones(len(places), np.float32))[window]
     fine, coarse = (normalized_blur(log @ LUMA, skin, width / texel) for width in HAIRS)
     detail = np.abs(fine - coarse)
-    lip = cv2.erode(uv_polygon(head, MOUSTACHE, 0.8, on_skin.size), np.ones((3, 3)))[window] > 0
+    lip = uv_polygon(head, MOUSTACHE, 0.8, on_skin.size)[window].astype(np.uint8)
     usual = np.median(detail[(weight[window] > 0.9) & (below == 0)])
-    return below * smoothstep(*BEARD, np.median(detail[lip]) / max(float(usual), 1e-6))
+    more = np.median(detail[lip > 0]) / max(float(usual), 1e-6)
+    away = cv2.distanceTransform(1 - lip, cv2.DIST_L2, 5) * texel
+    return np.maximum(below, smoothstep(*BESIDE, away)) * smoothstep(*BEARD, more)
 
 
 def _cheeks(head: HeadModel, on_skin: Atlas) -> tuple[np.ndarray, float]:
