@@ -50,6 +50,7 @@ WITHIN, FADE = (
 # and of who has one (4 of congress/train: 2.3 to 3.8; shaven 1.5). Then all
 # stays from the mouth down (its corners, to both sides) and beside the moustache; mm.
 BEARD, HAIRS, BELOW, BESIDE = (1.6, 2.2), (0.35, 1.4), 3.0, (20.0, 12.0)
+COARSE = 3.0  # pixels, standard deviation of a blur that needs no finer picture
 DARK = 2e-3  # linear
 
 
@@ -72,10 +73,10 @@ def calmed(
     weight = (share * weight * on_skin.paint(plain))[window] * (1 - beard)
     change, fine, known = np.zeros_like(log), log, (weight > 0).astype(np.float32)
     for width, *most in OCTAVES:
-        coarse = normalized_blur(log, known, width / texel)
+        coarse = _blurred(log, known, width / texel)
         luma = ((fine - coarse) @ LUMA)[..., None]
         for part, limit in zip((luma, fine - coarse - luma), most):
-            square = normalized_blur((part**2).mean(2), known, NEAR * width / texel)
+            square = _blurred((part**2).mean(2), known, NEAR * width / texel)
             gain = np.minimum(1, limit / np.sqrt(np.maximum(square, 1e-10)))
             change += part * (gain - 1)[..., None]
         fine = coarse
@@ -83,6 +84,22 @@ def calmed(
     factor[window] = np.exp(change * weight[..., None])
     out: np.ndarray = colors * factor.reshape(-1, 3)[on_skin.index]
     return out
+
+
+def _blurred(values, known, sigma):
+    """`normalized_blur` of values [h, w] or [h, w, c], of wide blurs at a size at which they cost nothing."""
+    shrink = max(int(sigma / COARSE), 1)
+    if shrink == 1:
+        return normalized_blur(values, known, sigma)
+    height, width = known.shape
+    small = (-(-width // shrink), -(-height // shrink))
+    # Sums, not colours, are made smaller: what is not known has no weight.
+    deep = values.reshape(height, width, -1)
+    sums = np.dstack([deep * known[..., None], known])
+    sums = cv2.resize(sums, small, interpolation=cv2.INTER_AREA)
+    sums = cv2.GaussianBlur(sums, (0, 0), sigma / shrink)
+    sums = cv2.resize(sums, (width, height), interpolation=cv2.INTER_LINEAR)
+    return (sums[..., :-1] / np.maximum(sums[..., -1:], 1e-3)).reshape(values.shape)
 
 
 def _beard(head, on_skin, log, weight, window, texel):
@@ -108,9 +125,14 @@ def _cheeks(head: HeadModel, on_skin: Atlas) -> tuple[np.ndarray, float]:
     texel = float(np.median(steps[np.diff(on_skin.index) == 1]))
     brows, eyes = points[marks.BROWS, 1].max(), points[marks.EYE_CORNERS, 1].mean()
     weight = on_skin.paint(smoothstep(brows, eyes, places[:, 1]).astype(np.float32))
-    weight *= cv2.GaussianBlur(uv_polygon(head, marks.OVAL, WITHIN, size), (0, 0), FADE * size)
+    face = uv_polygon(head, marks.OVAL, WITHIN, size).astype(np.uint8)
+    window = around(face > 0, 2)
+    within = cv2.distanceTransform(face[window], cv2.DIST_L2, 5) * texel
+    part = weight[window] * np.float32(smoothstep(0, FADE, within))
     for ring, larger, fade in RINGS:
-        inside = uv_polygon(head, ring, larger, size).astype(np.uint8)
+        inside = uv_polygon(head, ring, larger, size)[window].astype(np.uint8)
         away = cv2.distanceTransform(1 - inside, cv2.DIST_L2, 5) * texel
-        weight *= np.float32(smoothstep(*fade, away))
+        part *= np.float32(smoothstep(*fade, away))
+    weight[:] = 0
+    weight[window] = part
     return weight, texel
