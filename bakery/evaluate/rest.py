@@ -2,7 +2,8 @@
 
 The avatar's texture is made of the smiling photo. It is drawn at rest, in the camera and gaze of the
 neutral photo, and compared with it: with the smiling photo's own head, as a user gets it, and with the
-head of the neutral photo's fit, which shows the texture alone.
+head of the neutral photo's fit, which shows the texture alone; that also brought to the neutral photo's
+exposure and white balance, which no smiling photo tells.
 """
 
 from collections.abc import Iterator
@@ -19,7 +20,10 @@ from bakery.evaluate.generator import paint_all
 from bakery.evaluate.report import pairs
 from bakery.formats.image import write_image
 from bakery.formats.portraits import landmarks_of
+from bakery.geometry.color import to_encoded, to_linear
 
+FIGURES = ("scores", "exposed", "driven")  # of Result
+DARK = 2e-3  # linear; below it no ratio is told
 KEPT = "as photographed"  # the texture of the smile, without anything taken out
 
 
@@ -30,7 +34,8 @@ class Result:
     name: str
     teeth: bool  # whether the smile shows teeth
     scores: dict  # way -> avatar.Score, in the neutral photo's fit; "warp": by the true landmarks
-    driven: dict  # the same with the smiling photo's own head
+    exposed: dict  # the same, exposed as the neutral photo is
+    driven: dict  # as `scores`, with the smiling photo's own head
     pictures: dict  # way -> [CROP, CROP, 3] sRGB-encoded
 
 
@@ -41,6 +46,19 @@ def ways() -> dict[str, BuildOptions]:
     return {KEPT: kept, "rest": made}
 
 
+def exposed_alike(made: np.ndarray, truth: np.ndarray, face: np.ndarray) -> np.ndarray:
+    """A picture [H, W, 3] with the median exposure and white balance of the truth, sRGB-encoded.
+
+    Args:
+        face: [H, W] 0..1, where they are compared; nothing is changed where there is none.
+    """
+    inside = face > 0.5
+    if not inside.any():
+        return made
+    one, other = (np.log(np.maximum(to_linear(part[inside]), DARK)) for part in (truth, made))
+    return to_encoded(to_linear(made) * np.exp(np.median(one - other, 0)))
+
+
 def measure(pair: Pair, head, ways: dict[str, BuildOptions]) -> Result:
     """Make one person's resting face in several ways.
 
@@ -48,6 +66,7 @@ def measure(pair: Pair, head, ways: dict[str, BuildOptions]) -> Result:
         ways: {name: options of the bake}.
     """
     scores: dict = {}
+    exposed: dict = {}
     driven: dict = {}
     pictures: dict = {}
     for name, options in ways.items():
@@ -61,9 +80,12 @@ def measure(pair: Pair, head, ways: dict[str, BuildOptions]) -> Result:
             for way, shown in ((name, "static"), ("warp", "warp")):
                 table[way] = compare(made[shown], truth, target.points, face)
             if table is scores:
+                for way, shown in ((name, "static"), ("warp", "warp")):
+                    alike = exposed_alike(made[shown], truth, face)
+                    exposed[way] = compare(alike, truth, target.points, face)
                 pictures |= {name: made["static"], "warp": made["warp"]}
         pictures["truth"] = truth
-    return Result(pair.name, pair.teeth, scores, driven, pictures)
+    return Result(pair.name, pair.teeth, scores, exposed, driven, pictures)
 
 
 def everybody(
@@ -95,7 +117,7 @@ def summary(results: list[Result]) -> dict:
                 way: vars(mean_score([getattr(result, figure)[way] for result in group]))
                 for way in group[0].scores
             }
-            for figure in ("scores", "driven")
+            for figure in FIGURES
         }
         for name, group in groups.items()
         if group

@@ -134,7 +134,7 @@ def rest(portraits, head, pictures, only, overwrite):
 
     results = []
     for result in resting.everybody(portraits, load_head(head), resting.ways(), pictures, only):
-        tables = {"scores": result.scores, "driven": result.driven}
+        tables = {name: getattr(result, name) for name in resting.FIGURES}
         rows = {name: {way: vars(score) for way, score in t.items()} for name, t in tables.items()}
         _line({"name": result.name, "teeth": result.teeth, **rows})
         results.append(result)

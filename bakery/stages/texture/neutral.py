@@ -16,6 +16,7 @@ from bakery.stages.atlas import Atlas, Visibility, make_atlas, make_view, visibi
 from bakery.stages.condition import condition
 from bakery.stages.face_frame import head_photo
 from bakery.stages.fit.rest import presence
+from bakery.stages.texture.calm import calmed
 from bakery.stages.texture.complete import INFERRED, PAINTED, complete
 from bakery.stages.texture.creases import filled
 from bakery.stages.texture.eyes import eye_maps, paint_eyes, with_lit_eyes
@@ -130,7 +131,10 @@ def prepare(
     if rest is not None:
         seen = texture[on_skin.index]
         made = seen * np.exp(change_of(rest, head, on_skin, fit.expression))
-        made = filled(made, head, on_skin, presence(head, fit.expression))
+        share = presence(head, fit.expression)
+        made = filled(made, head, on_skin, share)
+        plain = view.partial.plain.reshape(-1)[on_skin.index]
+        made = calmed(made, plain, head, on_skin, share)
         facing = view.partial.seen.reshape(-1)[on_skin.index]
         made = closed_lips(made, facing, head, neutral, on_skin, landmarks.points)
         texture[on_skin.index] = made

@@ -1,0 +1,138 @@
+"""The cheeks of a smile, no more uneven than cheeks at rest are.
+
+A smile lifts and folds the cheeks, the fit follows roughly, and at rest what lay on a fold is pulled
+apart: bright streaks, dents, the glare of glasses. Each octave of the texture is held to the amplitude
+that resting cheeks have; what is fainter, pores and moles among it, stays as it is.
+
+References:
+    Boyadzhiev, Bala, Paris and Adelson, "Band-Sifting Decomposition for Image Based Material Editing",
+    ACM TOG 34(5), 2015: wrinkles, blotches and gloss of skin are scaled by octave, sign and amplitude.
+"""
+
+import cv2
+import numpy as np
+
+from bakery import landmarks as marks
+from bakery.geometry.color import LUMA
+from bakery.geometry.fill import around, normalized_blur, smoothstep
+from bakery.heads.base import HeadModel
+from bakery.stages.atlas import Atlas, uv_polygon
+
+# Octaves: standard deviation (mm) of the blur that ends each, and the root mean square that it has in
+# resting cheeks, of log luminance and of log colour beside it, by 8 neutral photos of london/train. Pores
+# and colours: three quarters of the skin have less; folds: half; the widest, which is also light: nine tenths.
+OCTAVES = (
+    (0.35, 0.029, 0.0070),
+    (0.7, 0.023, 0.0055),
+    (1.4, 0.018, 0.0078),
+    (2.8, 0.023, 0.0109),
+    (5.6, 0.040, 0.0141),
+    (11.2, 0.100, 0.0173),
+)
+NEAR = 2.5  # widths of an octave's blur over which its amplitude is taken
+NOSE = np.array([168, 417, 465, 343, 277, 279, 358, 327, 2, 98, 129, 49, 47, 114, 245, 193])
+WINGS = np.array([327, 326, 2, 97, 98])  # the nose's base, from its left wing to the right
+MOUSTACHE = np.concatenate([marks.LIPS_OUTER_UPPER, WINGS])
+RINGS = (  # what has edges of its own, how much larger, and mm over which the skin beside it fades in
+    (marks.LIPS_OUTER, 1.0, (1.0, 5.0)),
+    (NOSE, 1.0, (1.0, 4.0)),
+    (MOUSTACHE, 1.0, (1.0, 5.0)),
+    (marks.EYE_RIGHT, 1.2, (3.0, 7.0)),
+    (marks.EYE_LEFT, 1.2, (3.0, 7.0)),
+    (marks.BROW_RIGHT, 1.0, (1.0, 5.0)),
+    (marks.BROW_LEFT, 1.0, (1.0, 5.0)),
+)
+WITHIN, FADE = (
+    1.05,
+    1 / 60,
+)  # of the face's contour, whose border fades over so much of the atlas's side
+# A beard is no fold: how much more detail of HAIRS (mm) there is above the lip than on the cheeks, of nobody
+# and of who has one (4 of congress/train: 2.3 to 3.8; shaven 1.5). Then all
+# stays from the mouth down (its corners, to both sides) and beside the moustache; mm.
+BEARD, HAIRS, BELOW, BESIDE = (1.6, 2.2), (0.35, 1.4), 3.0, (20.0, 12.0)
+COARSE = 3.0  # pixels, standard deviation of a blur that needs no finer picture
+DARK = 2e-3  # linear
+
+
+def calmed(
+    colors: np.ndarray, plain: np.ndarray, head: HeadModel, on_skin: Atlas, share: float
+) -> np.ndarray:
+    """Colours [N, 3] linear of the skin's texels, with cheeks as even as resting ones.
+
+    Args:
+        colors: [N, 3] linear; plain: [N] 0..1, 0 where hair on the face is dark by nature.
+        head: HeadModel; on_skin: its skin, N texels.
+        share: 0..1, how surely the face is not at rest.
+    """
+    if not share:
+        return colors
+    weight, texel = _cheeks(head, on_skin)
+    window = around(weight > 0, 0)
+    log = np.log(np.maximum(on_skin.paint(colors.astype(np.float32))[window], DARK))
+    beard = _beard(head, on_skin, log, weight, window, texel)
+    weight = (share * weight * on_skin.paint(plain))[window] * (1 - beard)
+    change, fine, known = np.zeros_like(log), log, (weight > 0).astype(np.float32)
+    for width, *most in OCTAVES:
+        coarse = _blurred(log, known, width / texel)
+        luma = ((fine - coarse) @ LUMA)[..., None]
+        for part, limit in zip((luma, fine - coarse - luma), most):
+            square = _blurred((part**2).mean(2), known, NEAR * width / texel)
+            gain = np.minimum(1, limit / np.sqrt(np.maximum(square, 1e-10)))
+            change += part * (gain - 1)[..., None]
+        fine = coarse
+    factor = np.ones(on_skin.size * on_skin.size * 3, np.float32).reshape(on_skin.size, -1, 3)
+    factor[window] = np.exp(change * weight[..., None])
+    out: np.ndarray = colors * factor.reshape(-1, 3)[on_skin.index]
+    return out
+
+
+def _blurred(values, known, sigma):
+    """`normalized_blur` of values [h, w] or [h, w, c], of wide blurs at a size at which they cost nothing."""
+    shrink = max(int(sigma / COARSE), 1)
+    if shrink == 1:
+        return normalized_blur(values, known, sigma)
+    height, width = known.shape
+    small = (-(-width // shrink), -(-height // shrink))
+    # Sums, not colours, are made smaller: what is not known has no weight.
+    deep = values.reshape(height, width, -1)
+    sums = np.dstack([deep * known[..., None], known])
+    sums = cv2.resize(sums, small, interpolation=cv2.INTER_AREA)
+    sums = cv2.GaussianBlur(sums, (0, 0), sigma / shrink)
+    sums = cv2.resize(sums, (width, height), interpolation=cv2.INTER_LINEAR)
+    return (sums[..., :-1] / np.maximum(sums[..., -1:], 1e-3)).reshape(values.shape)
+
+
+def _beard(head, on_skin, log, weight, window, texel):
+    """How surely a texel of the window [h, w] may hold a beard, as hair above the lip tells."""
+    places, points = on_skin.at(head.mean), head.landmarks(head.mean)
+    level = points[marks.MOUTH_CORNERS, 1].mean()
+    below = on_skin.paint(smoothstep(level + BELOW, level - BELOW, places[:, 1]))[window]
+    skin = on_skin.paint(np.ones(len(places), np.float32))[window]
+    fine, coarse = (normalized_blur(log @ LUMA, skin, width / texel) for width in HAIRS)
+    detail = np.abs(fine - coarse)
+    lip = uv_polygon(head, MOUSTACHE, 0.8, on_skin.size)[window].astype(np.uint8)
+    usual = np.median(detail[(weight[window] > 0.9) & (below == 0)])
+    more = np.median(detail[lip > 0]) / max(float(usual), 1e-6)
+    away = cv2.distanceTransform(1 - lip, cv2.DIST_L2, 5) * texel
+    return np.maximum(below, smoothstep(*BESIDE, away)) * smoothstep(*BEARD, more)
+
+
+def _cheeks(head: HeadModel, on_skin: Atlas) -> tuple[np.ndarray, float]:
+    """How surely a texel [T, T] is plain skin below the brows; mm a texel."""
+    size, places = on_skin.size, on_skin.at(head.mean)
+    points = head.landmarks(head.mean)
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    texel = float(np.median(steps[np.diff(on_skin.index) == 1]))
+    brows, eyes = points[marks.BROWS, 1].max(), points[marks.EYE_CORNERS, 1].mean()
+    weight = on_skin.paint(smoothstep(brows, eyes, places[:, 1]).astype(np.float32))
+    face = uv_polygon(head, marks.OVAL, WITHIN, size).astype(np.uint8)
+    window = around(face > 0, 2)
+    within = cv2.distanceTransform(face[window], cv2.DIST_L2, 5) * texel
+    part = weight[window] * np.float32(smoothstep(0, FADE, within))
+    for ring, larger, fade in RINGS:
+        inside = uv_polygon(head, ring, larger, size)[window].astype(np.uint8)
+        away = cv2.distanceTransform(1 - inside, cv2.DIST_L2, 5) * texel
+        part *= np.float32(smoothstep(*fade, away))
+    weight[:] = 0
+    weight[window] = part
+    return weight, texel

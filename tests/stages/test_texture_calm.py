@@ -1,0 +1,97 @@
+"""Cheeks of a smile become as even as resting ones; what is fainter, or elsewhere, is left alone."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from bakery.geometry.color import LUMA
+from bakery.geometry.fill import normalized_blur
+from bakery.landmarks import MOUTH_CORNERS
+from bakery.stages.atlas import make_atlas, uv_polygon
+from bakery.stages.texture import calm
+
+SKIN = np.array([0.45, 0.28, 0.22], np.float32)
+STREAK = 6.0  # mm, wavelength
+
+
+@pytest.fixture(scope="module")
+def face(head):
+    """Atlas of skin, each texel's place in mm, and how surely it lies on a cheek."""
+    on_skin = make_atlas(head, 512).take("skin")
+    weight, texel = calm._cheeks(head, on_skin)
+    assert 0.3 < texel < 0.7  # mm: a face of 200 mm on some 400 texels
+    return on_skin, on_skin.at(head.mean), weight.reshape(-1)[on_skin.index]
+
+
+def streaks(places, height):
+    return SKIN * np.exp(height * np.sin(2 * np.pi * places[:, 1:2] / STREAK)).astype(np.float32)
+
+
+def spread(colors, rows):
+    return float(np.log(colors[rows] @ LUMA).std())
+
+
+def test_streaks_are_brought_down_to_rest(head, face):
+    on_skin, places, weight = face
+    core = np.flatnonzero(weight > 0.95)
+    assert len(core) > 2000
+    plain = np.ones(len(places), np.float32)
+    streaked = streaks(places, 0.4)
+    made = calm.calmed(streaked, plain, head, on_skin, 1.0)
+    # 0.28 before; each of the octaves that share a wavelength keeps what it has at rest.
+    most = sum(limit for _, limit, _ in calm.OCTAVES[:5])
+    assert spread(made, core) < min(most, spread(streaked, core) / 2)
+    assert_allclose(np.log(made[core]).mean(0), np.log(SKIN), atol=0.02)
+    away = weight == 0  # lips, nose, lids, brows and forehead
+    assert away.sum() > 2000
+    assert_allclose(made[away], streaked[away], rtol=1e-6)
+
+
+def test_faint_unevenness_and_resting_faces_stay(head, face):
+    on_skin, places, _ = face
+    plain = np.ones(len(places), np.float32)
+    faint = streaks(places, 0.01)
+    assert_allclose(calm.calmed(faint, plain, head, on_skin, 1.0), faint, rtol=1e-3)
+    assert calm.calmed(faint, plain, head, on_skin, 0.0) is faint
+
+
+def test_who_has_a_moustache_keeps_what_is_below_the_mouth(head, face):
+    on_skin, places, weight = face
+    plain = np.ones(len(places), np.float32)
+    streaked = streaks(places, 0.2)
+    hairs = np.random.default_rng(1).normal(1, 0.6, (len(places), 1)).clip(0.1).astype(np.float32)
+    lip = uv_polygon(head, calm.MOUSTACHE, 1.0, on_skin.size).reshape(-1)[on_skin.index] > 0
+    grown = streaked * np.where(lip[:, None], hairs, 1)
+    made = calm.calmed(grown, plain, head, on_skin, 1.0)
+    mouth = head.landmarks(head.mean)[MOUTH_CORNERS, 1].mean()
+    below, above = (places[:, 1] < mouth - 5), (places[:, 1] > mouth + 5)
+    assert_allclose(made[below | lip], grown[below | lip], rtol=1e-5)
+    beside = np.abs(places[:, 0]) < 45  # mm, well off the moustache
+    cheek = np.flatnonzero(above & ~beside & (weight > 0.95))
+    # 0.14 before; what the octaves about 6 mm keep at rest comes to 0.08.
+    assert spread(made, cheek) < 0.6 * spread(grown, cheek)
+
+
+def test_a_beard_stays(head, face):
+    on_skin, places, _ = face
+    beard = streaks(places, 0.4)
+    none = np.zeros(len(places), np.float32)
+    assert_allclose(calm.calmed(beard, none, head, on_skin, 1.0), beard, rtol=1e-6)
+
+
+def test_patches_of_colour_go(head, face):
+    on_skin, places, weight = face
+    plain, core = np.ones(len(places), np.float32), weight > 0.95
+    redder = 0.2 * np.sin(2 * np.pi * places[:, 1:2] / STREAK) * np.array([1, 0, -1])
+    made = calm.calmed(SKIN * np.exp(redder), plain, head, on_skin, 1.0)
+    assert np.log(made[core, 0] / made[core, 2]).std() < 0.5 * (2 * redder[core, 0]).std()
+
+
+def test_a_wide_blur_is_that_of_the_full_size():
+    noise = np.random.default_rng(2)
+    values = noise.normal(size=(301, 240, 3)).cumsum(0).astype(np.float32)
+    known = np.zeros((301, 240), np.float32)
+    known[20:280, 30:200] = 1
+    made, exact = calm._blurred(values, known, 14.0), normalized_blur(values, known, 14.0)
+    # A pixel of a quarter of the size is 4 wide; the steepest slopes are those at the border.
+    assert np.abs(made - exact)[known > 0].max() < 0.05 * values.std()
