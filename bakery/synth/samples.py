@@ -27,11 +27,11 @@ FACES = {
     },
     "bela": {
         "jaw_width": 2, "nose_length": 2, "nose_width": -2, "nose_depth": 2, "brow_height": -0.5,
-        "upper_lip": 0.2, "lower_lip": 0.4, "mouth_width": 3, "chin_height": 1, "eye_width": 1.5,
+        "upper_lip": 0.2, "lower_lip": 0.4, "mouth_width": 0.5, "chin_height": 1, "eye_width": 1.5,
         "eye_open": 1.2, "corner": 4, "face_width": -2,
     },
     "chidi": {
-        "nose_width": 6, "upper_lip": 2.2, "lower_lip": 2.2, "mouth_width": 6, "nose_depth": -1,
+        "nose_width": 6, "upper_lip": 2.2, "lower_lip": 2.2, "mouth_width": 2.5, "nose_depth": -1,
         "eye_width": 1.5, "eye_open": 1.4, "jaw_width": -2, "lip_gap": -1, "corner": 4, "brow_height": 1,
     },
     "dalia": {
@@ -41,7 +41,7 @@ FACES = {
     "emil": {
         "nose_length": 4, "nose_width": 2, "upper_lip": -0.8, "lower_lip": -0.6, "lip_gap": 1,
         "eye_open": 0, "brow_height": -0.5, "chin_height": 2, "eye_tilt": -1.2, "jaw_width": 1,
-        "corner": 3.5, "mouth_width": 5,
+        "corner": 3, "mouth_width": 0.5,
     },
     "fumiko": {
         "face_width": 2, "eye_open": 0.4, "eye_tilt": 1.2, "nose_length": -2.5, "nose_width": 1,
