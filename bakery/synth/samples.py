@@ -27,11 +27,11 @@ FACES = {
     },
     "bela": {
         "jaw_width": 2, "nose_length": 2, "nose_width": -2, "nose_depth": 2, "brow_height": -0.5,
-        "upper_lip": 0.2, "lower_lip": 0.4, "mouth_width": 5, "chin_height": 1, "eye_width": 1.5,
+        "upper_lip": 0.2, "lower_lip": 0.4, "mouth_width": 0.5, "chin_height": 1, "eye_width": 1.5,
         "eye_open": 1.2, "corner": 4, "face_width": -2,
     },
     "chidi": {
-        "nose_width": 6, "upper_lip": 2.2, "lower_lip": 2.2, "mouth_width": 6, "nose_depth": -1,
+        "nose_width": 6, "upper_lip": 2.2, "lower_lip": 2.2, "mouth_width": 2.5, "nose_depth": -1,
         "eye_width": 1.5, "eye_open": 1.4, "jaw_width": -2, "lip_gap": -1, "corner": 4, "brow_height": 1,
     },
     "dalia": {
@@ -41,7 +41,7 @@ FACES = {
     "emil": {
         "nose_length": 4, "nose_width": 2, "upper_lip": -0.8, "lower_lip": -0.6, "lip_gap": 1,
         "eye_open": 0, "brow_height": -0.5, "chin_height": 2, "eye_tilt": -1.2, "jaw_width": 1,
-        "corner": 3.5, "mouth_width": 5,
+        "corner": 3, "mouth_width": 0.5,
     },
     "fumiko": {
         "face_width": 2, "eye_open": 0.4, "eye_tilt": 1.2, "nose_length": -2.5, "nose_width": 1,
@@ -54,6 +54,9 @@ CALM = {
     "mouthSmileLeft": 0.32,
     "mouthSmileRight": 0.32,
 }  # a resting mouth whose corners do not droop
+
+
+STILL = {"mouthSmileLeft": 0.08, "mouthSmileRight": 0.08}  # wide mouths smile by their shape
 
 
 def _scene(seed, background, color, expression=None, gaze=(0.0, -2.0), light=None, **camera):
@@ -97,7 +100,7 @@ def people(head):
                 lash_length=0.85, clothes="suit", cloth_color=np.array([0.018, 0.022, 0.034]),
                 shirt_color=(0.46, 0.53, 0.64), tie_color=None,
             ),
-            _scene(2, "studio", (0.30, 0.27, 0.23), light={"azimuth": 40.0, "fill": 0.28}, yaw=-7.0),
+            _scene(2, "studio", (0.30, 0.27, 0.23), STILL, light={"azimuth": 30.0, "fill": 0.45}, yaw=-7.0),
         ),
         "chidi": (
             Subject(
@@ -105,7 +108,7 @@ def people(head):
                 hair_color="black", stubble=0.2, brow_density=1.1, lash_length=0.95, clothes="suit",
                 cloth_color=np.array([0.028, 0.032, 0.042]), tie_color=(0.16, 0.018, 0.022),
             ),
-            _scene(3, "studio", (0.20, 0.26, 0.32), light={"azimuth": -36.0, "rim": 1.0}),
+            _scene(3, "studio", (0.20, 0.26, 0.32), STILL, light={"azimuth": -36.0, "rim": 1.0}),
         ),
         "dalia": (
             Subject(
@@ -122,7 +125,7 @@ def people(head):
                 brow_length=1.15, lash_length=0.8, clothes="suit", cloth_color=np.array([0.05, 0.055, 0.065]),
                 tie_color=(0.03, 0.06, 0.20),
             ),
-            _scene(5, "studio", (0.17, 0.24, 0.31), light={"azimuth": -40.0, "radius": 12.0}, yaw=4.0),
+            _scene(5, "studio", (0.17, 0.24, 0.31), STILL, light={"azimuth": -40.0, "radius": 12.0}, yaw=4.0),
         ),
         "fumiko": (
             Subject(
