@@ -2,7 +2,7 @@
 
     .venv/bin/python docs/avatars.py        # or: make picture
 
-Bundles are kept in build/avatars; fresh ones are not baked again.
+Bundles and single pictures are kept in build/avatars.
 """
 
 import subprocess
