@@ -77,7 +77,9 @@ def test_what_steps_go_by(people):
         where = result.labels == LABELS.index(name)
         assert where.any() and result.skin[where].max() < 0.5, name
     assert (result.regions[result.labels == segments.HAT] == segments.CLOTHES).all()
-    assert (result.regions[result.labels == segments.BROWS] == segments.SKIN).all()
+    brows = result.regions[result.labels == segments.BROWS]  # a frame may lie over them
+    assert np.isin(brows, (segments.SKIN, segments.GLASSES)).all()
+    assert (brows == segments.SKIN).mean() > 0.9
     through = result.regions[result.labels == segments.LENS]
     assert np.isin(through, (segments.GLASSES, segments.SKIN, segments.EYES)).all()
     assert (through != segments.GLASSES).mean() > 0.5, "a clear lens hides nothing"

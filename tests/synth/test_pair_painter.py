@@ -86,7 +86,7 @@ def test_a_target_is_registered_with_its_truth(stage):
         return np.linalg.norm(cameras.project(found, camera)[:FACE] - wanted, axis=1).mean()
 
     # Depth mistaken by millimetres and a smile that is too weak, seen from the side.
-    assert miss(wrong) > 0.9 and miss(wrong + offsets) < 0.15 * miss(wrong)
+    assert miss(wrong) > 0.7 and miss(wrong + offsets) < 0.15 * miss(wrong)
 
 
 def test_same_seed_same_pictures(stage, pairs):

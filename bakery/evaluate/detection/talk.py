@@ -71,11 +71,18 @@ def measure(path: Path, reference: np.ndarray, detector, head: HeadModel) -> dic
         "missed": int((~there).sum()),
         "error": float(np.mean(errors)) if errors else None,
         "opening_error": float(np.abs(seen - truth)[there].mean()) if errors else None,
-        "correlation": float(np.corrcoef(seen[there], truth[there])[0, 1]) if errors else None,
+        "correlation": _correlation(seen[there], truth[there]) if errors else None,
         "closed": int(closed.sum()),
         "closed_seen": float(seen[closed].mean()) if closed.any() else None,
-        "jaw": float(np.corrcoef(jaw, truth[: len(jaw)])[0, 1]),
+        "jaw": _correlation(jaw, truth[: len(jaw)]),
     }
+
+
+def _correlation(one: np.ndarray, other: np.ndarray) -> float:
+    """Pearson's; 0 where one of them stands still."""
+    if min(np.ptp(one), np.ptp(other)) < 1e-9:
+        return 0.0
+    return float(np.corrcoef(one, other)[0, 1])
 
 
 def summary(rows: list[dict]) -> dict:
