@@ -9,7 +9,14 @@ from bakery.heads.scalp import ear_box, ear_depth, scalp, unrolled
 from bakery.landmarks import FACE
 from bakery.stages.atlas import make_atlas, make_view, visibility_of
 from bakery.stages.segment import BACKGROUND, HAIR, SKIN, Segmentation
-from bakery.stages.texture.hair import Mattes, _loose, _near, hair_layer, mattes_of
+from bakery.stages.texture.hair import (
+    Mattes,
+    _from_both,
+    _loose,
+    _near,
+    hair_layer,
+    mattes_of,
+)
 from bakery.types import Camera
 
 FRONT = Camera(
@@ -239,3 +246,14 @@ def test_dark_hair_on_dark_skin_is_no_rim():
     segmentation = Segmentation(labels, (labels == SKIN).astype(np.float32))
     mattes = mattes_of(photo, segmentation, points_with_eyes(50.0))
     assert mattes.hair[60:160, 66:72].min() > 0.9 and mattes.hair[20, 100] > 0.9
+
+
+def test_what_is_hardly_sure_makes_no_colour_of_its_own():
+    """Interpolated growth is -1e-7 in places; divided by, it gave colours of 1e4 at a hairline."""
+    rng = np.random.default_rng(0)
+    values = rng.uniform(-3, -1, (64, 64, 3)).astype(np.float32)
+    sure = np.zeros((64, 64), np.float32)
+    sure[20:30, 5:9], sure[40:50, 20:40] = 0.4, -1.2e-7
+    sure[45, 30] = 1e-6
+    found = _from_both(values, sure, np.zeros((64, 64), np.float32))
+    assert found.min() > -3.01 and found.max() < -0.99

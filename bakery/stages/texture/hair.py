@@ -269,10 +269,12 @@ def _from_both(values, sure, own):
     Args:
         own: [T, T] 0..1, how squarely a side is seen: a far one takes after the near one.
     """
+    sure = np.clip(sure, 0, 1)  # interpolation leaves -1e-7, which would divide by nothing
     other = sure[:, ::-1] * (1 - own) * (sure < 0.5)
-    weight = (sure + other).astype(np.float32)
+    weight = sure + other
     both = values * sure[..., None] + values[:, ::-1] * other[..., None]
-    return diffuse((both / np.maximum(weight, 1e-6)[..., None]).astype(np.float32), weight)
+    both = (both / np.maximum(weight, 1e-6)[..., None]).astype(np.float32)
+    return diffuse(both, np.minimum(weight, 1).astype(np.float32))
 
 
 def _locks(head, atlas):
