@@ -42,13 +42,11 @@ RINGS = (  # what has edges of its own, how much larger, and mm over which the s
     (marks.BROW_RIGHT, 1.0, (1.0, 5.0)),
     (marks.BROW_LEFT, 1.0, (1.0, 5.0)),
 )
-WITHIN, FADE = (
-    1.05,
-    1 / 60,
-)  # of the face's contour, whose border fades over so much of the atlas's side
+WITHIN = 1.05  # of the face's contour
+FADE = 1 / 60  # of the atlas's side, over which the contour's border fades
 # A beard is no fold: how much more detail of HAIRS (mm) there is above the lip than on the cheeks, of nobody
-# and of who has one (4 of congress/train: 2.3 to 3.8; shaven 1.5). Then all
-# stays from the mouth down (its corners, to both sides) and beside the moustache; mm.
+# and of who has one (4 of congress/train: 2.3 to 3.8; shaven 1.5). Then all stays from the mouth down (its
+# corners, to both sides) and beside the moustache; mm.
 BEARD, HAIRS, BELOW, BESIDE = (1.6, 2.2), (0.35, 1.4), 3.0, (20.0, 12.0)
 COARSE = 3.0  # pixels, standard deviation of a blur that needs no finer picture
 DARK = 2e-3  # linear
