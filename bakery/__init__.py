@@ -15,7 +15,7 @@
     runtime                       what a player does with a bundle: the reference and the fast player
     export, exporters             what a bundle is; one file a format (plug-in point)
     bake                          the bake: the order of the steps, and what is kept of them
-    testing, show                 conformance tests of plug-ins; frames, pictures, the page
+    testing, show, farm           conformance tests of plug-ins; pictures, pages; farms
     motion                        takes: tracked, retargeted, played
     train, evaluate, cli          trainings; measurements; the commands
 

@@ -13,6 +13,7 @@ RIGHT_EYE_OUTER, RIGHT_EYE_INNER = 33, 133
 LEFT_EYE_OUTER, LEFT_EYE_INNER = 263, 362
 EYE_CORNERS = np.array([RIGHT_EYE_OUTER, LEFT_EYE_OUTER])  # their distance is the unit of errors
 MOUTH_CORNERS = np.array([61, 291])  # outer, right and left
+BEFORE_EARS = np.array([234, 454])  # right and left
 NOSE_BASE, CHIN = np.array([2, 97, 326]), np.array([152, 148, 377, 175])
 
 # The face contour, clockwise in the picture from the top of the forehead.

@@ -38,7 +38,7 @@ def bakery(*words: object) -> None:
 def row(name: str) -> np.ndarray:
     """The sample and its avatar in every pose [SIZE, (1 + poses) * SIZE, 3] uint8."""
     photo, bundle = ROOT / "samples" / f"{name}.jpg", BUILD / f"{name}.avatar"
-    bakery("build", "--quiet", "--overwrite", photo, "-o", bundle)
+    bakery("build", "--quiet", "--overwrite", "--skip-fresh", photo, "-o", bundle)
     picture = cv2.imread(str(photo))
     top = (picture.shape[0] - picture.shape[1]) // 4  # the head stands in the upper half
     pictures = [picture[top : top + picture.shape[1]]]

@@ -41,12 +41,13 @@ SMALL = ["--preset", "small", "--set", "texture.mouths=3", "--set", "texture.vie
 LONGEST = """
     cli/test_resume.py cli/test_steps.py golden/test_golden.py heads/mesh/test_import.py
     cli/test_build.py synth/test_failures.py cli/test_step_inputs.py test_plugin.py
-    cli/test_export.py web/test_page.py fuzz/test_fuzz.py train/segment/test_segment.py
+    cli/test_export.py export/test_hair_mesh.py web/test_page.py fuzz/test_fuzz.py
+    train/segment/test_segment.py stages/test_hair_volume.py
     export/test_damage.py cli/test_generate.py evaluate/test_generator.py
     synth/test_pair_painter.py train/test_pagan.py train/test_detector.py
     cli/test_same_person.py export/test_versions.py test_systems.py evaluate/test_fitting.py
     synth/test_synth_commands.py train/test_identity.py heads/mesh/test_transfer.py
-    synth/test_portraits.py cli/test_bundle.py test_testing.py
+    synth/test_portraits.py cli/test_bundle.py test_testing.py cli/test_hair.py
 """.split()
 
 
@@ -74,8 +75,26 @@ def head():
 
 @pytest.fixture(scope="session")
 def hairdo():
-    """A function (head, neutral, style, seed, color) -> HairMesh; see tests/hairdo.py."""
-    return runpy.run_path(str(ROOT / "tests" / "hairdo.py"))["hairdo"]
+    """A function (head, neutral, style, seed, color) -> HairMesh, made once; see tests/hairdo.py."""
+    make, made = runpy.run_path(str(ROOT / "tests" / "hairdo.py"))["hairdo"], {}
+
+    def found(head, neutral, *how, **named):
+        key = head.mean.tobytes(), neutral.tobytes(), repr((how, named))
+        if key not in made:
+            made[key] = make(head, neutral, *how, **named)
+        return made[key]
+
+    return found
+
+
+@pytest.fixture(scope="session")
+def fitted(portrait, head):
+    """The painted portrait as a FittedSubject, by its landmarks; tests must not change it."""
+    from bakery.bake.subject import FittedSubject
+    from bakery.formats.record import read_faces
+
+    _, (face,) = read_faces(portrait[1])
+    return FittedSubject(portrait[0], face, head)
 
 
 @pytest.fixture(scope="session")

@@ -73,7 +73,7 @@ def test_a_bake_with_all_of_them(bakery, process, portrait, installed, tmp_path)
     photo, marks = portrait
     out = tmp_path / "a.avatar"
     chosen = ["--generator", "still", "--hair", "red", "--head", "large"]
-    chosen += ["--set", 'bundle.formats=["glb", "points"]']
+    chosen += ["--set", 'bundle.formats=["glb", "points"]', "--complete", "none"]
     done = process("build", photo, "--landmarks", marks, "-o", out, *QUICK, *chosen, env=installed)
     assert done.returncode == 0, done.stderr
     manifest = json.loads((out / "avatar.json").read_text())

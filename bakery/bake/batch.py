@@ -14,7 +14,9 @@ from bakery.bake.pipeline import Progress, Request, build, recipe
 from bakery.errors import BakeryError, InputError
 from bakery.export.bundle import read_manifest
 
-ENDINGS = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp", ".jp2")
+ENDINGS = (
+    ".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".heic", ".heif", ".avif", ".bmp", ".jp2",
+)  # fmt: skip
 BUNDLE = ".avatar"
 
 
@@ -33,9 +35,9 @@ class Outcome:
         """One line for a person."""
         if self.state == "failed":
             return f"{self.photo}: failed: {self.error}"
-        if self.state == "fresh":
-            return f"{self.bundle}: is fresh"
         notes = f"; warnings: {', '.join(self.warnings)}" if self.warnings else ""
+        if self.state == "fresh":
+            return f"{self.bundle}: is fresh{notes}"
         return f"{self.bundle}: baked in {self.seconds:.0f} s{notes}"
 
 
@@ -98,6 +100,16 @@ def is_fresh(request: Request) -> bool:
         return False
 
 
+def fresh(request: Request) -> Outcome:
+    """What there is to say of a bundle that stays as it is.
+
+    Raises:
+        BundleError: the bundle is not there or broken.
+    """
+    codes = [warning["code"] for warning in read_manifest(request.output)["warnings"]]
+    return Outcome(str(request.photo), str(request.output), "fresh", warnings=codes)
+
+
 def baked(request: Request, progress: Progress | None = None) -> Outcome:
     """Bake one portrait.
 
@@ -120,7 +132,7 @@ def bake(request: Request, progress: Progress | None = None) -> Outcome:
     photo, bundle = str(request.photo), str(request.output)
     try:
         if is_fresh(request):
-            return Outcome(photo, bundle, "fresh")
+            return fresh(request)
         return baked(request, progress)
     except BakeryError as error:
         return Outcome(photo, bundle, "failed", error=str(error).removeprefix(f"{photo}: "))

@@ -27,8 +27,8 @@ timecode_base = click.option(
 )
 @click.option(
     "-o", "--output", required=True,
-    help="Video to write, .webm (plays in browsers) or .mp4 (players and editors); or PNG frames "
-    "with alpha: a folder, or a pattern such as out/frame.%05d.png.",
+    help="Video to write, .webm (plays in browsers) or .mp4 (players and editors; with bakery[video] "
+    "everywhere); or PNG frames with alpha: a folder, or a pattern such as out/frame.%05d.png.",
 )  # fmt: skip
 @click.option(
     "--view", default="front", show_default=True,
@@ -78,6 +78,7 @@ def animate(
         options.may_write(place, overwrite)
     output = sequence or Path(output)
     options.may_go_on(work, marks=("lock", "*.key"))
+    from bakery.formats import pyav
     from bakery.motion import files
     from bakery.motion.animate import RenderSettings, parse_frames
     from bakery.show import frame
@@ -93,6 +94,8 @@ def animate(
         )
     for note in take.notes:
         options.say(f"{curves}: {note}")
+    if sequence is None and output.suffix.lower() == ".mp4" and not pyav.available():
+        options.say(f"{output}: {pyav.MISSING}")
     options.say(f"{output}: {made.count} frames, {made.count / made.rate:.1f} s")
 
 

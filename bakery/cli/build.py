@@ -5,7 +5,6 @@ from pathlib import Path
 import click
 
 from bakery.cli import options
-from bakery.errors import InputError
 
 BUNDLE = ".avatar"
 # Endings of files, which nobody means to be a folder.
@@ -27,6 +26,11 @@ OTHERS = (".glb", ".gltf", ".json", ".zip", ".exr", ".npz", ".png", ".jpg", ".jp
 )
 @click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
 @click.option("--keep-photo", is_flag=True, help="Keep the portrait in the bundle.")
+@click.option(
+    "--skip-fresh",
+    is_flag=True,
+    help="Leave a bundle that would come out the same (as always of several photos).",
+)
 @click.option("--work", type=options.PATH, help="Keep finished steps in this folder.")
 @click.option(
     "-j", "--jobs", type=click.IntRange(1, 64), default=1, show_default=True,
@@ -35,7 +39,7 @@ OTHERS = (".glb", ".gltf", ".json", ".zip", ".exr", ".npz", ".png", ".jpg", ".jp
 @options.as_json
 @options.dry_run
 def build(
-    photos, output, preset, settings, same_person, jobs, as_json, dry_run, **request
+    photos, output, preset, settings, same_person, skip_fresh, jobs, as_json, dry_run, **request
 ):  # fmt: skip
     """Bake PHOTOS into avatar bundles. A folder stands for the pictures in it.
 
@@ -49,7 +53,8 @@ def build(
     gives the face, the others fill what it sees badly.
 
     An interrupted bake goes on where it stopped when it is called again. Of several photos, those
-    whose bundle is fresh are skipped, and one that fails does not stop the others.
+    whose bundle is fresh are skipped, and one that fails does not stop the others; index.html in
+    their folder shows them all.
     """
     from bakery.formats.image_header import check_file
 
@@ -88,6 +93,9 @@ def build(
     common = pipeline.Request(*places[0], options=chosen, **request)
     asked = batch.requests_of(places, common)
     if not several:
+        if skip_fresh and batch.is_fresh(asked[0]):
+            _tell_fresh(batch.fresh(asked[0]), as_json)
+            return
         options.may_bake(asked[0].output, asked[0].overwrite)
     options.may_go_on(request["work"], marks=("lock", "*.key"))
     if dry_run:
@@ -96,7 +104,7 @@ def build(
         return
     steps = plan(chosen, read_targets(common.expressions), common.generator)
     if several:
-        _all(asked, jobs, as_json, steps if jobs == 1 else None)
+        _all(asked, jobs, as_json, steps if jobs == 1 else None, Path(output) if folder else None)
         return
     with options.progress(asked[0].output.name, steps) as progress:
         outcome = batch.baked(asked[0], progress)
@@ -105,13 +113,23 @@ def build(
     options.say(f"{asked[0].output}: look at {asked[0].output / 'preview.png'}")
 
 
-def _all(asked, jobs, as_json, plan):
+def _tell_fresh(outcome, as_json):
+    from bakery.bake import batch
+
+    if as_json:
+        click.echo(batch.as_json(outcome))
+    options.say(outcome.line())
+
+
+def _all(asked, jobs, as_json, plan, folder):
     """Bake several photos, a line each; then how many of each kind.
 
     Args:
         plan: of one bake for `options.progress`; None where several run at once.
+        folder: of the bundles, which gets a contact sheet; None where each lies beside its photo.
     """
     from bakery.bake import batch
+    from bakery.cli.outcomes import tell
 
     made = []
     with options.progress("", plan) as progress:
@@ -120,14 +138,5 @@ def _all(asked, jobs, as_json, plan):
             progress.begin(one.output.name, len(made), len(asked))
             return progress
 
-        for outcome in batch.bake_all(asked, jobs, begin):
-            made.append(outcome)
-            if plan is None:
-                progress("bakes", len(made), len(asked))
-            if as_json:
-                click.echo(batch.as_json(outcome))
-            options.say(f"[{len(made)}/{len(asked)}] {outcome.line()}")
-    options.say(batch.summary(made))
-    failed = sum(outcome.state == "failed" for outcome in made)
-    if failed:
-        raise InputError(f"{failed} of {len(asked)} portraits failed; see above")
+        counted = progress if plan is None else None
+        tell(batch.bake_all(asked, jobs, begin), made, len(asked), as_json, folder, counted)

@@ -16,6 +16,7 @@ from bakery.errors import BakeryError, ModelError, UsageProblem
 
 COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of the bake
     "build": ("build", "Bake a portrait into an avatar bundle."),
+    "farm": ("farm", "Bake many portraits on a farm; write its job."),
     "detect": ("detect", "Find faces and their 478 landmarks."),
     "segment": ("segment", "Label the pixels of photos: skin, hair, clothes ..."),
     "fit": ("fit", "Fit the head model to photos."),

@@ -134,9 +134,9 @@ def _plain(head: HeadModel) -> np.ndarray:
     return found
 
 
-def true_albedo(head: HeadModel, subject: Subject) -> np.ndarray:
-    """The albedo [T, T, 3] that a person was painted with, on the skin of the atlas."""
-    atlas, chart = make_atlas(head, SIZE).take("skin"), chart_of(head, 2.0)
+def true_albedo(head: HeadModel, subject: Subject, size: int = SIZE) -> np.ndarray:
+    """The albedo [T, T, 3] that a person was painted with, on the skin of an atlas of `size`."""
+    atlas, chart = make_atlas(head, size).take("skin"), chart_of(head, 2.0)
     maps = design_skin(chart, subject, chart.blank())
     points = atlas.at(head.mean)
     albedo, _, _, cavity, _ = shade_inputs(chart, maps, subject, points, hair_color(subject))

@@ -20,7 +20,7 @@ from bakery.types import Camera, Landmarks, Photo
 
 EXPRESSIONS_SHOWN = (  # of the synthetic portraits, in turn
     {},
-    {"mouthSmileLeft": 0.6, "mouthSmileRight": 0.6, "jawOpen": 0.1},
+    {"mouthSmileLeft": 0.36, "mouthSmileRight": 0.36, "jawOpen": 0.1},
     {"jawOpen": 0.35},
     {"browInnerUp": 0.5, "browOuterUpLeft": 0.4, "browOuterUpRight": 0.4},
 )

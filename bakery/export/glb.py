@@ -54,6 +54,25 @@ def write_glb(path, levels, shape_names, texture, cards, generator, hair=None):
         hair: export.hair.Hair, or None without volume.
     """
     made = Writer()
+    document = begin(made, generator, texture, cards, hair)
+    document.extensionsUsed.append("MSFT_lod")
+    locks = [[]] * len(levels) if hair is None else hair.levels
+    names = list(dict.fromkeys(piece.name for level in [*levels, *locks] for piece in level))
+    document.materials = [material(name, len(document.textures) - 1) for name in names]
+    for number, level in enumerate(levels):
+        add_mesh(document, made, f"{HEAD_NODE}{number}", level, names, shape_names)
+    for number, pieces in enumerate(locks):
+        if pieces:
+            document.nodes[number].children = [len(document.nodes)]
+            add_mesh(document, made, f"{HAIR_NODE}{number}", pieces, names, [])
+    if len(levels) > 1:
+        document.nodes[0].extensions = {"MSFT_lod": {"ids": list(range(1, len(levels)))}}
+    document.scenes = [gltf.Scene(name="head", nodes=[0])]
+    write_document(path, document, made)
+
+
+def begin(made, generator, texture, cards, hair):
+    """A document with the pictures of a head; the arguments are those of `write_glb`."""
     document = gltf.GLTF2(asset=gltf.Asset(version="2.0", generator=generator))
     kind = "image/png" if texture.startswith(b"\x89PNG") else "image/jpeg"
     document.images = [gltf.Image(name="neutral", mimeType=kind, bufferView=made.view(texture))]
@@ -73,20 +92,8 @@ def write_glb(path, levels, shape_names, texture, cards, generator, hair=None):
             view = made.view(picture)
             document.images.append(gltf.Image(name=name, mimeType="image/png", bufferView=view))
             document.textures.append(gltf.Texture(source=source, sampler=0))
-    document.extensionsUsed = ["KHR_materials_unlit", "MSFT_lod"]
-    locks = [[]] * len(levels) if hair is None else hair.levels
-    names = list(dict.fromkeys(piece.name for level in [*levels, *locks] for piece in level))
-    document.materials = [_material(name, len(document.textures) - 1) for name in names]
-    for number, level in enumerate(levels):
-        add_mesh(document, made, f"{HEAD_NODE}{number}", level, names, shape_names)
-    for number, pieces in enumerate(locks):
-        if pieces:
-            document.nodes[number].children = [len(document.nodes)]
-            add_mesh(document, made, f"{HAIR_NODE}{number}", pieces, names, [])
-    if len(levels) > 1:
-        document.nodes[0].extensions = {"MSFT_lod": {"ids": list(range(1, len(levels)))}}
-    document.scenes = [gltf.Scene(name="head", nodes=[0])]
-    write_document(path, document, made)
+    document.extensionsUsed = ["KHR_materials_unlit"]
+    return document
 
 
 def write_proxies(path, proxies: list[Surface], shape_names, generator: str) -> None:
@@ -122,15 +129,15 @@ def write_document(path, document, made):
     write_bytes(path, b"".join(document.save_to_bytes()))
 
 
-def _material(name, last):
+def material(name, last):
     """The material of a surface; hair has the last picture."""
     if name in CLEAR:
         return _clear_material(name)
     if name in HAIR:
         return hair_material(name, last)
-    material = _unlit(name)
-    material.pbrMetallicRoughness.baseColorTexture = gltf.TextureInfo(index=0)
-    return material
+    made = _unlit(name)
+    made.pbrMetallicRoughness.baseColorTexture = gltf.TextureInfo(index=0)
+    return made
 
 
 def _unlit(name):
@@ -177,14 +184,15 @@ def add_mesh(document, made, name, surfaces, materials, shape_names):
     document.meshes.append(
         gltf.Mesh(
             name=name,
-            primitives=[_primitive(made, piece, materials) for piece in surfaces],
+            primitives=[primitive(made, piece, materials) for piece in surfaces],
             **(shapes if shape_names else {}),
         )
     )
     document.nodes.append(gltf.Node(name=name, mesh=len(document.meshes) - 1))
 
 
-def _primitive(made, piece, materials):
+def primitive(made, piece, materials):
+    """A glTF primitive of a Surface, its data added to a Writer."""
     return gltf.Primitive(
         attributes=gltf.Attributes(
             POSITION=made.accessor(piece.vertices * METRES, gltf.ARRAY_BUFFER, limits=True),

@@ -1,5 +1,6 @@
 """A bundle from disk, ready to be played."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from bakery.errors import BundleError, ModelError
@@ -9,6 +10,7 @@ from bakery.export.layout import RIG
 from bakery.formats import record
 from bakery.heads.file import load_head
 from bakery.runtime.avatar import Avatar
+from bakery.types import Maker
 
 
 def open_avatar(path):
@@ -25,6 +27,14 @@ def open_avatar(path):
     except ModelError as error:
         raise BundleError(str(error)) from None
     textures, masks = bundles.read_textures(path, manifest)
+    textures = replace(textures, maker=_maker(manifest["provenance"]))
     fit = record.fit_from_table(path, manifest["fit"])
     photo = bundles.read_photo(path, manifest) if "photo" in manifest else None
     return Avatar(head, head.mean, fit, textures, masks, photo)
+
+
+def _maker(provenance):
+    """The generator that a bundle names."""
+    known = provenance.get("models", {}).get("generator", {})
+    source_type = provenance["digitalSourceType"].rpartition("/")[2]
+    return Maker(provenance["generator"], **known, source_type=source_type)

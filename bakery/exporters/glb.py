@@ -26,21 +26,31 @@ class GlbExporter:
 
     def export(self, avatar: Avatar, target: Path, size: int) -> dict[str, Any]:
         """See exporters.base.Exporter."""
-        head, textures = avatar.head, avatar.textures
-        levels = levels_of_detail(head, avatar.neutral)
-        atlas = small_picture(lay_hair(textures.neutral, textures.hair), size)
-        picture = image.encode_image(atlas, ".jpg", QUALITY)
-        cards = None
-        if card_rectangle(head) is not None:
-            sheet = textures.hair[card_texels(head, len(textures.hair))]
-            cards = image.encode_image(card_picture(sheet), ".png")
-        hair = None
-        if textures.hair_mesh is not None:
-            sheet = small_layer(textures.hair_mesh.texture, size)
-            locks = hair_levels(textures.hair_mesh, len(levels))
-            hair = Hair(locks, image.encode_image(card_picture(sheet), ".png"))
+        levels = levels_of_detail(avatar.head, avatar.neutral)
+        picture, cards, hair = pictures(avatar, size, len(levels))
         write_glb(target, levels, EXPRESSIONS, picture, cards, MAKER, hair)
         return {"lods": describe_levels(levels, hair.levels if hair else ())}
+
+
+def pictures(avatar: Avatar, size: int, levels: int) -> tuple[bytes, bytes | None, Hair | None]:
+    """What a head's surfaces show: JPEG of the atlas, PNG of the lashes, hair; None where it has none.
+
+    Args:
+        size: texels on a side, at most.
+        levels: how many levels of detail the hair is for.
+    """
+    head, textures = avatar.head, avatar.textures
+    atlas = small_picture(lay_hair(textures.neutral, textures.hair), size)
+    cards = None
+    if card_rectangle(head) is not None:
+        sheet = textures.hair[card_texels(head, len(textures.hair))]
+        cards = image.encode_image(card_picture(sheet), ".png")
+    hair = None
+    if textures.hair_mesh is not None:
+        sheet = small_layer(textures.hair_mesh.texture, size)
+        locks = hair_levels(textures.hair_mesh, levels)
+        hair = Hair(locks, image.encode_image(card_picture(sheet), ".png"))
+    return image.encode_image(atlas, ".jpg", QUALITY), cards, hair
 
 
 class ProxiesExporter:

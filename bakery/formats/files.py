@@ -66,7 +66,7 @@ def read_bytes(path: str | Path, largest: int = LARGEST, first: int = -1) -> byt
     return data
 
 
-def write_bytes(path, data, sync=True):
+def write_bytes(path: str | os.PathLike, data: bytes | memoryview, sync: bool = True) -> None:
     """Write a file at once: the old one stays until the new one is complete.
 
     Args:

@@ -17,6 +17,7 @@ import OpenImageIO as oiio
 from PIL import Image, ImageCms
 
 from bakery.errors import InputError
+from bakery.formats import heif
 from bakery.formats.files import digest, read_bytes, write_bytes
 from bakery.formats.image_header import MEGAPIXELS, check_frame, read_header
 from bakery.types import Photo
@@ -36,7 +37,7 @@ def read_photo(path: str | Path, frame: int | None = None) -> Photo:
     """Read a photo, upright and in sRGB.
 
     Args:
-        path: a JPEG, PNG, TIFF, WebP, BMP, GIF or JPEG 2000 file.
+        path: a JPEG, PNG, TIFF, WebP, HEIC, AVIF, BMP, GIF or JPEG 2000 file.
         frame: which picture of a file of several, from 0; None refuses animations and pages.
 
     Returns:
@@ -52,11 +53,13 @@ def read_photo(path: str | Path, frame: int | None = None) -> Photo:
     check_frame(path, header, frame)
     if header.several:
         notes.append(f"frame {frame} of {header.several}")
-    samples = _decode(path, header, frame or 0)
+    samples = _decode(path, data, header, frame or 0)
     if header.mode == "CMYK":
         encoded = _from_cmyk(path, data, header, notes)
     else:
         encoded = _to_rgb(path, samples, header, notes)
+        if header.format in ("heif", "avif") and header.profile is None:
+            encoded = heif.to_srgb(path, encoded, data, notes)
     if header.orientation != 1:
         encoded = _upright(encoded, header.orientation)
         notes.append(f"turned upright (EXIF orientation {header.orientation})")
@@ -94,8 +97,18 @@ def encode_image(encoded, kind, quality=92):
     return cv2.imencode(kind, pixels, settings[kind])[1].tobytes()
 
 
-def _decode(path, header, frame):
+def _decode(path, data, header, frame):
     """The stored samples [H, W, C] uint8 or uint16, alpha not multiplied in."""
+    if header.format in ("heif", "avif"):
+        try:
+            samples = heif.samples(data, header.format, frame)
+        except Exception as error:  # the decoders raise almost anything on damaged files
+            if frame and isinstance(error, (EOFError, IndexError)):
+                raise _no_frame(path, frame) from None
+            raise _damaged(path) from None
+        if samples.shape[:2] != (header.height, header.width):
+            raise _damaged(path)
+        return samples
     asked = oiio.ImageSpec()
     asked.attribute("oiio:UnassociatedAlpha", 1)
     # OpenImageIO chooses its reader by the ending first and wants UTF-8.
@@ -117,7 +130,7 @@ def _samples(source, path, header, frame):
     try:
         if frame and not source.seek_subimage(frame, 0):
             source.geterror()
-            raise InputError(f"{path}: has no frame {frame}; frames count from 0")
+            raise _no_frame(path, frame)
         spec = source.spec()
         if source.format_name() != header.format or (spec.width, spec.height) != (
             header.width,
@@ -139,6 +152,10 @@ def _harmless(message):
     """Some phones leave a few bytes before the end marker, with the picture complete."""
     extra = re.search(r"Corrupt JPEG data: (\d+) extraneous bytes before marker 0xd9", message)
     return bool(extra) and int(extra[1]) <= 64
+
+
+def _no_frame(path, frame):
+    return InputError(f"{path}: has no frame {frame}; frames count from 0")
 
 
 def _damaged(path, message=""):

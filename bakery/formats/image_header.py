@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from PIL import ExifTags, Image, TiffImagePlugin
 
 from bakery.errors import InputError
+from bakery.formats import heif
 from bakery.formats.files import read_bytes
 
 MEGAPIXELS = 64  # at most
@@ -23,9 +24,11 @@ FORMATS = {  # Pillow's name -> OpenImageIO's
     "GIF": "gif",
     "JPEG2000": "jpeg2000",
     "PPM": "pnm",
+    "AVIF": "avif",  # these two by formats.heif
+    "HEIF": "heif",
 }
 OPENED = [name for name in FORMATS if name != "MPO"]  # Pillow makes MPO out of JPEG by itself
-READABLE = "JPEG, PNG, TIFF, WebP, BMP, GIF or JPEG 2000"
+READABLE = "JPEG, PNG, TIFF, WebP, HEIC, AVIF, BMP, GIF or JPEG 2000"
 SAMPLES = {  # Pillow's mode -> what cannot be read as a photo
     "F": "floating-point samples",
     "I": "32 bits a sample",
@@ -90,7 +93,8 @@ def read_header(name, data, smallest=SMALLEST):
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            picture = Image.open(io.BytesIO(data), formats=OPENED)
+            known = [name for name in OPENED if name != "HEIF" or name in Image.OPEN]  # an extra
+            picture = Image.open(io.BytesIO(data), formats=known)
             exif = _exif(picture)
             several = _several(picture)
             raw = picture.format == "TIFF" and _is_raw(picture)
@@ -183,15 +187,9 @@ def _is_cut(data):
 
 def _refuse_other_formats(name, data):
     if data[4:8] == b"ftyp":
-        brand = data[8:12]
-        if brand in (b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1"):
-            raise InputError(
-                f"{name}: a HEIC picture; convert it first, for example: heif-convert photo.heic photo.jpg"
-            )
-        if brand in (b"avif", b"avis"):
-            raise InputError(
-                f"{name}: an AVIF picture; convert it first, for example: avifdec photo.avif photo.png"
-            )
+        if which := heif.kind(data):
+            heif.make_ready(name, which)
+            return
         raise InputError(f"{name}: a video; give a {READABLE} photo")
     start = data[:64].lstrip(b"\xef\xbb\xbf \t\r\n")
     for signature, what in SIGNATURES:

@@ -19,14 +19,16 @@ import cv2
 import numpy as np
 
 from bakery.errors import InputError
-from bakery.formats import mp4, webm
+from bakery.formats import mp4, pyav, webm
 from bakery.formats.files import replacing
 
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # FFmpeg prints on stderr by itself
 KINDS = {".mp4": ("mp4v", ".mp4"), ".webm": ("VP80", ".ivf")}  # ending -> FourCC, of the parts
+H264 = "avc1"
 LARGEST_SIDE = 4096  # pixels
 # OpenCV's change to YUV cuts off instead of rounding: grey 118 came back as (115, 117, 114).
 LIFT = (1.0, 0.0, 1.0, 0.0)
+INSTEAD = "write to the other kind, drop --sound, or pip install 'bakery[video]', which converts it"
 SOURCE_TYPE = "Iptc4xmpExt:DigitalSourceType"
 XMP = """<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>
 <x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">
@@ -121,13 +123,19 @@ def kind_of(path):
     return ending
 
 
-def encode(pictures, kind, rate):
+def codec_of(kind):
+    """How a video of a kind is coded here: a FourCC; H.264 where PyAV is installed."""
+    return H264 if kind == ".mp4" and pyav.available() else KINDS[kind][0]
+
+
+def encode(pictures, kind, rate, codec=None):
     """Encode pictures as a part of a video that can be joined with others.
 
     Args:
         pictures: [H, W, 3] uint8 sRGB each, sides even.
         kind: ending of the whole, see `kind_of`.
         rate: frames a second.
+        codec: from `codec_of`; None is what OpenCV codes.
 
     Returns:
         bytes.
@@ -135,6 +143,8 @@ def encode(pictures, kind, rate):
     Raises:
         InputError: this OpenCV lacks the codec.
     """
+    if codec == H264:
+        return pyav.encode_h264(pictures, rate)
     four, ending = KINDS[kind]
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "part" + ending)
@@ -164,8 +174,11 @@ def _codec(path, kind):
         return file.read(12)[8:].decode("latin-1")
 
 
-def read_sound(path, kind):
-    """The sound of a clip, for a video of a kind.
+def read_sound(path, kind, folder=None):
+    """The sound of a clip, for a video of a kind: as it is, or by PyAV as a browser plays it.
+
+    Args:
+        folder: where transcoded sound may be kept for `join`; None transcodes nothing.
 
     Returns:
         mp4.Track or webm.Blocks; None if it has no sound.
@@ -176,22 +189,38 @@ def read_sound(path, kind):
     path = Path(path)
     if not path.is_file():
         raise InputError(f"{path}: no such file; give the clip whose sound is wanted")
+    if folder is not None and pyav.available():
+        target = Path(folder) / f"sound{kind}"
+        if not _plays(path, kind):
+            if not pyav.transcode_sound(path, kind, target):
+                return None
+            return webm.read_sound(target) if kind == ".webm" else mp4.read_tracks(target)[0]
     if mp4.is_mp4(path):
-        sounds = [track for track in mp4.read_tracks(path) if track.kind == "soun" and track.places]
-        sounds = [track for track in sounds if track.entry[4:8] in mp4.SOUND]
+        sounds = _sounds(path)
         if sounds and kind != ".mp4":
-            raise InputError(
-                f"{path}: its sound fits into .mp4 only; write to .mp4 or drop --sound"
-            )
+            raise InputError(f"{path}: its sound fits into .mp4 only; {INSTEAD}")
         return sounds[0] if sounds else None
     if webm.is_webm(path):
         sound = webm.read_sound(path)
         if sound is not None and kind != ".webm":
-            raise InputError(
-                f"{path}: its sound fits into .webm only; write to .webm or drop --sound"
-            )
+            raise InputError(f"{path}: its sound fits into .webm only; {INSTEAD}")
         return sound
     raise InputError(f"{path}: sound is taken from MP4, MOV and WebM; convert it")
+
+
+def _sounds(path):
+    tracks = [track for track in mp4.read_tracks(path) if track.kind == "soun" and track.places]
+    return [track for track in tracks if track.entry[4:8] in mp4.SOUND]
+
+
+def _plays(path, kind):
+    """Whether a clip's sound goes into a video of a kind as it is, and browsers play it there."""
+    try:
+        if mp4.is_mp4(path):
+            return kind == ".mp4" and [t.entry[4:8] for t in _sounds(path)][:1] == [b"mp4a"]
+        return kind == ".webm" and webm.is_webm(path) and webm.read_sound(path) is not None
+    except InputError:  # nothing that is understood here; PyAV understands more
+        return False
 
 
 def join(path, parts, kind, rate, size, note, sound=None, start=0.0):

@@ -70,6 +70,12 @@ def smoothstep(low: float, high: float, x: ArrayLike) -> np.ndarray:
     return t * t * (3 - 2 * t)
 
 
+def soft_limit(x: np.ndarray, most: np.ndarray | float) -> np.ndarray:
+    """x where it is small, bent smoothly towards plus or minus `most` where it is not."""
+    out: np.ndarray = most * np.tanh(x / most)
+    return out
+
+
 def enclosed(mask: np.ndarray) -> np.ndarray:
     """Where [H, W] bool the pixels of a mask [H, W] have no way to the picture's edge."""
     _, parts = cv2.connectedComponents(mask.astype(np.uint8))

@@ -12,6 +12,11 @@ from bakery.types import Camera
 
 FOCAL = 2.0  # image widths; cannot be seen from the points of one face
 SIGMA = 0.005  # outer-eye-corner distances: how far a point may miss
+# Points that a smile leaves alone: forehead, bridge of the nose, temples, eye corners.
+STILL = np.array(
+    [10, 338, 297, 332, 284, 251, 109, 67, 103, 54, 21, 151, 9, 8, 168, 6, 197, 33, 133, 263, 362]
+    + [127, 356, 162, 389]
+)
 
 
 @dataclass(frozen=True)
@@ -107,13 +112,45 @@ def place(mean, identity, expression, points, size, modes=None, sigma=SIGMA, ste
 
 def place_head(head, points, size, sigma=SIGMA):
     """Fit a head that has landmarks to 468 points [>= 468, 2] pixels: Placed."""
-    near, weights = head.landmark_vertices[:FACE], head.landmark_barycentric[:FACE]
-
-    def at(values):
-        return np.einsum("...lkc,lk->...lc", values[..., near, :], weights).astype(float)
-
     points = np.asarray(points, float)[:FACE, :2]
-    view, identity, expression, miss = place(
-        at(head.mean), at(head.identity_basis), at(head.expression_basis), points, size, sigma=sigma
-    )
+    view, identity, expression, miss = place(*at_landmarks(head), points, size, sigma=sigma)
     return Placed(view, identity, expression, miss / face_size(points))
+
+
+def at_landmarks(head):
+    """Mean [468, 3], identity [I, 468, 3] and expression [E, 468, 3] of a head at its landmarks, mm."""
+    near, weights = head.landmark_vertices[:FACE], head.landmark_barycentric[:FACE]
+    return tuple(
+        np.einsum("...lkc,lk->...lc", values[..., near, :], weights).astype(float)
+        for values in (head.mean, head.identity_basis, head.expression_basis)
+    )
+
+
+def moves_between(mean, identity, expression, rest, moved):
+    """How the points of a person move from one photo to another, in the plane that the front sees.
+
+    The person is fitted to the first photo, and placed in the second by what a smile leaves alone.
+
+    Args:
+        mean, identity, expression: as for `place`, of the 468 points.
+        rest, moved: (points [>= 468, 2] pixels, (width, height)) of each photo.
+
+    Returns:
+        (points [468, 3] mm of the first photo on the head, how they move [468, 3] mm).
+    """
+    (first, size), (second, other) = rest, moved
+    size, other = tuple(map(int, size)), tuple(map(int, other))
+    view, coefficients, weights, _ = place(mean, identity, expression, first[:FACE], size)
+    shape = mean + np.tensordot(coefficients, identity, 1) + np.tensordot(weights, expression, 1)
+    shape = shape + offsets_from(shape, view, first[:FACE])
+    none = np.zeros((0, len(STILL), 3))
+    turned = place(shape[STILL], none, None, second[STILL], other)[0]
+    return shape, offsets_from(shape, turned, second[:FACE])
+
+
+def offsets_from(shape, view, points):
+    """How points [N, 3] mm move in the picture's plane to be seen at pixels [N, 2]: [N, 3] mm."""
+    pixels = points - cameras.project(shape, view)
+    depth = -cameras.to_camera(shape, view)[:, 2]
+    flat = np.stack([pixels[:, 0], -pixels[:, 1], 0 * depth], -1) * (depth / view.focal)[:, None]
+    return flat @ rotation.matrix(view.rotation)

@@ -194,11 +194,12 @@ def write_video(avatar, take, settings, output, note, key, sound=None, progress=
         InputError: the ending, the range or the sound cannot be used.
     """
     kind = video.kind_of(output)
-    heard = None if sound is None else video.read_sound(sound, kind)
+    codec = video.codec_of(kind)
     player = AnimationPlayer(avatar, take, settings)
-    key = key_of(key, digest(format_take(take)), asdict(settings), kind)
+    key = key_of(key, digest(format_take(take)), asdict(settings), kind, codec)
     progress = progress or (lambda step, done, total: None)
     with work_folder(output, work) as kept:
+        heard = None if sound is None else video.read_sound(sound, kind, kept.folder)
         parts = []
         for first in range(0, player.count, PART):
             indices = range(first, min(first + PART, player.count))
@@ -210,7 +211,10 @@ def write_video(avatar, take, settings, output, note, key, sound=None, progress=
 
             name = f"{first:08d}"
             kept.step(
-                name, key, lambda: video.encode(counted(), kind, player.rate), lambda data: None
+                name,
+                key,
+                lambda: video.encode(counted(), kind, player.rate, codec),
+                lambda data: None,
             )
             parts.append(kept.folder / name)
             progress("animate", indices[-1] + 1, player.count)

@@ -8,12 +8,11 @@ to be laid is the topmost one: what lies below many others is not looked at.
 import numpy as np
 
 from bakery.geometry.color import to_encoded, to_linear
-from bakery.runtime.kernels import inside, jit
+from bakery.runtime.kernels import jit
+from bakery.runtime.raster_kernels import BLOCK, behind_all, inside
 
-CLEAR = np.float32(1e-3)  # less alpha, or less of what is behind, is not drawn: a quarter of a byte
-
-
-TILE = 16  # samples on a side of the squares in which a face may be behind all that is seen
+CLEAR = np.float32(1e-3)  # less of what is behind is not drawn: a quarter of a byte
+ONE = np.float32(1)  # a plain 1 would make all that it meets twice as wide
 STEPS = 4096
 STEP = np.arange(STEPS + 1) / STEPS
 ENCODED = to_encoded(STEP).astype(np.float32)  # between its entries within 2e-5
@@ -42,13 +41,22 @@ def decode(value: np.float32) -> np.float32:
     return _looked_up(DECODED, value)
 
 
-@jit
-def clear(out: np.ndarray, samples: int, box: tuple[int, int, int, int]) -> None:
-    """Nothing but what is behind, inside the box of a picture; see `lay_cards`."""
-    for row in range(box[0] * samples, box[1] * samples):
-        for column in range(box[2] * samples, box[3] * samples):
-            out[row, column, 0] = out[row, column, 1] = out[row, column, 2] = 0
-            out[row, column, 3] = out[row, column, 4] = 1
+def encoded(texture: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A card's texture as `lay_cards` wants it.
+
+    Args:
+        texture: [h, w, 4] float32 linear, colour multiplied by alpha.
+
+    Returns:
+        [h, w, 4] float32: sRGB multiplied by alpha, 0..1; and [h + 1, w + 1] bool: whether there is
+        anything between the rows of texels i - 1 and i, and the columns j - 1 and j.
+    """
+    alpha = np.clip(texture[..., 3:], 0, 1)
+    straight = texture[..., :3] / np.maximum(texture[..., 3:], 1e-6)
+    some = np.pad(alpha[..., 0] > 0, 1)
+    some = some[1:] | some[:-1]
+    layer = np.concatenate([to_encoded(np.clip(straight, 0, 1)) * alpha, alpha], -1)
+    return layer.astype(np.float32), some[:, 1:] | some[:, :-1]
 
 
 @jit
@@ -59,16 +67,12 @@ def _lay_face(
     corners: np.ndarray,
     weight: np.float32,
     texture: np.ndarray,
+    some: np.ndarray,
     best: np.ndarray,
     bounds: tuple[int, int, int, int],
-    hides: bool,
     out: np.ndarray,
 ) -> None:
-    """One face of `lay_cards`.
-
-    Args:
-        bounds: (top, bottom, left, right): the first and last rows and columns that it may cover.
-    """
+    """One face of `lay_cards`; bounds: as in `behind_all`."""
     height, width = texture.shape[:2]
     a, b, c = face[0], face[1], face[2]
     ax, ay = pixels[a, 0], pixels[a, 1]
@@ -82,8 +86,9 @@ def _lay_face(
     # Over depth, all that is linear on the face is linear in the picture.
     wa, wb, wc = inverse[a], inverse[b], inverse[c]
     further = steps[0] * wa + steps[1] * wb + steps[2] * wc
-    u = (corners[0, 0] * wa, corners[1, 0] * wb, corners[2, 0] * wc)
-    v = (corners[0, 1] * wa, corners[1, 1] * wb, corners[2, 1] * wc)
+    # Counted from the middle of a texel before the first: as `some` is.
+    u = ((corners[0, 0] + 0.5) * wa, (corners[1, 0] + 0.5) * wb, (corners[2, 0] + 0.5) * wc)
+    v = ((corners[0, 1] + 0.5) * wa, (corners[1, 1] + 0.5) * wb, (corners[2, 1] + 0.5) * wc)
     u_further = steps[0] * u[0] + steps[1] * u[1] + steps[2] * u[2]
     v_further = steps[0] * v[0] + steps[1] * v[1] + steps[2] * v[2]
     x = left + 0.5
@@ -102,37 +107,27 @@ def _lay_face(
             near = near_first + step * further
             if near <= best[here, column]:
                 continue
-            through = out[here, column, 3]
+            through = ONE - out[here, column, 3]
             if through < CLEAR:
                 continue
             depth = 1 / near
-            across = (u_first + step * u_further) * depth - 0.5
-            down = (v_first + step * v_further) * depth - 0.5
-            i, j = int(np.floor(down)), int(np.floor(across))
-            s, t = np.float32(across - j), np.float32(down - i)
-            i0 = np.uint64(min(max(i, 0), height - 1))
-            i1 = np.uint64(min(max(i + 1, 0), height - 1))
-            j0 = np.uint64(min(max(j, 0), width - 1))
-            j1 = np.uint64(min(max(j + 1, 0), width - 1))
-            q, e = s - s * t, s * t
-            p, r = 1 - t - q, t - e
-            whole = (
-                p * texture[i0, j0, 3] + q * texture[i0, j1, 3]
-                + r * texture[i1, j0, 3] + e * texture[i1, j1, 3]
-            )  # fmt: skip
-            if whole < CLEAR:
+            across = min(max((u_first + step * u_further) * depth, 0.0), float(width))
+            down = min(max((v_first + step * v_further) * depth, 0.0), float(height))
+            i, j = int(down), int(across)
+            if not some[np.uint64(i), np.uint64(j)]:
                 continue
-            opacity = min(whole, np.float32(1)) * weight
-            straight, laid = np.float32(1) / whole, through * opacity
-            for k in range(3):
-                own = (
+            s, t = np.float32(across - j), np.float32(down - i)
+            i0, i1 = np.uint64(max(i - 1, 0)), np.uint64(min(i, height - 1))
+            j0, j1 = np.uint64(max(j - 1, 0)), np.uint64(min(j, width - 1))
+            laid = through * weight
+            e = s * t * laid
+            q, r = s * laid - e, t * laid - e
+            p = laid - q - r - e
+            for k in range(4):
+                out[here, column, k] += (
                     p * texture[i0, j0, k] + q * texture[i0, j1, k]
                     + r * texture[i1, j0, k] + e * texture[i1, j1, k]
                 )  # fmt: skip
-                out[here, column, k] += laid * encode(own * straight)
-            out[here, column, 3] = through * (1 - opacity)
-            if hides:
-                out[here, column, 4] *= 1 - opacity
 
 
 @jit
@@ -143,10 +138,10 @@ def lay_cards(
     corners: np.ndarray,
     weights: np.ndarray,
     texture: np.ndarray,
+    some: np.ndarray,
     best: np.ndarray,
-    samples: int,
-    box: tuple[int, int, int, int],
-    hides: bool,
+    farthest: np.ndarray,
+    touched: np.ndarray,
     out: np.ndarray,
 ) -> None:
     """Lay faces under those that were laid before, where nothing is before them.
@@ -156,58 +151,54 @@ def lay_cards(
         faces: [F, 3] int32, the topmost first; corners: [F, 3, 2] texels of `texture`, 0.5 the
             middle of the first.
         weights: [F] float32: how much of each face shows.
-        texture: [h, w, 4] float32 linear, colour multiplied by alpha.
-        best: [H n, W n] float32: 1/depth of what is nearest, from `kernels.rasterize`.
-        box: (top, bottom, left, right) of the picture that the faces may cover.
-        hides: whether the photo's face is hidden by them: hair, not lashes.
-        out: [H n, W n, 5] float32, changed inside the box: sRGB of the faces, multiplied by alpha,
-            the share of what is behind that comes through, and that of those that hide alone;
-            begin with `clear`.
+        texture, some: as `encoded` gives them.
+        best, farthest: as from `raster_kernels.rasterize`.
+        touched: [ceil(H n / BLOCK), ceil(W n / BLOCK)] bool, changed: the squares of `out` that
+            hold anything; begin with none.
+        out: [H n, W n, 4] float32, changed: sRGB of the faces, multiplied by alpha, and alpha.
     """
-    farthest = _farthest(best, samples, box)
+    height, width = best.shape
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        near, least = (
-            max(inverse[a], inverse[b], inverse[c]),
-            min(inverse[a], inverse[b], inverse[c]),
-        )
-        if least <= 0:
+        if min(inverse[a], inverse[b], inverse[c]) <= 0:
             continue
         (ax, ay), (bx, by), (cx, cy) = pixels[a], pixels[b], pixels[c]
-        left = max(box[2] * samples, int(np.ceil(min(ax, bx, cx) - 0.5)))
-        right = min(box[3] * samples - 1, int(np.floor(max(ax, bx, cx) - 0.5)))
-        top = max(box[0] * samples, int(np.ceil(min(ay, by, cy) - 0.5)))
-        bottom = min(box[1] * samples - 1, int(np.floor(max(ay, by, cy) - 0.5)))
-        if left > right or top > bottom:
+        left = max(0, int(np.ceil(min(ax, bx, cx) - 0.5)))
+        right = min(width - 1, int(np.floor(max(ax, bx, cx) - 0.5)))
+        top = max(0, int(np.ceil(min(ay, by, cy) - 0.5)))
+        bottom = min(height - 1, int(np.floor(max(ay, by, cy) - 0.5)))
+        bounds = (top, bottom, left, right)
+        near = max(inverse[a], inverse[b], inverse[c])
+        if left > right or behind_all(near, farthest, bounds):
             continue
-        tiles = farthest[top // TILE : bottom // TILE + 1, left // TILE : right // TILE + 1]
-        if near > tiles.min():
-            _lay_face(
-                pixels, inverse, faces[f], corners[f], weights[f], texture, best,
-                (top, bottom, left, right), hides, out,
-            )  # fmt: skip
+        for i in range(top // BLOCK, bottom // BLOCK + 1):
+            for j in range(left // BLOCK, right // BLOCK + 1):
+                if not touched[i, j]:
+                    touched[i, j] = True
+                    out[i * BLOCK : (i + 1) * BLOCK, j * BLOCK : (j + 1) * BLOCK] = 0
+        _lay_face(
+            pixels, inverse, faces[f], corners[f], weights[f], texture, some, best, bounds, out
+        )
 
 
 @jit
-def _farthest(best: np.ndarray, samples: int, box: tuple[int, int, int, int]) -> np.ndarray:
-    """The least of `best` in each square of TILE samples that the box touches; see `lay_cards`.
-
-    A face that is farther than all of it there, as most on the back of a head, is not looked at.
-    """
-    found = np.full((best.shape[0] // TILE + 1, best.shape[1] // TILE + 1), np.float32(np.inf))
-    for row in range(box[0] * samples, box[1] * samples):
-        for column in range(box[2] * samples, box[3] * samples):
-            tile = row // TILE, column // TILE
-            found[tile] = min(found[tile], best[row, column])
-    return found
+def keep_alpha(touched: np.ndarray, cards: np.ndarray, out: np.ndarray) -> None:
+    """The alpha [H n, W n] of cards as `lay_cards` left them, 0 where none was laid."""
+    out[:] = 0
+    for i in range(touched.shape[0]):
+        for j in range(touched.shape[1]):
+            if touched[i, j]:
+                rows = slice(i * BLOCK, (i + 1) * BLOCK)
+                columns = slice(j * BLOCK, (j + 1) * BLOCK)
+                out[rows, columns] = cards[rows, columns, 3]
 
 
 @jit
 def under(
     card: np.ndarray, red: np.float32, green: np.float32, blue: np.float32
 ) -> tuple[np.float32, np.float32, np.float32]:
-    """A solid sample's colour, linear, as it is seen through cards [5]."""
-    clear = card[3]
+    """A solid sample's colour, linear, as it is seen through cards [4]."""
+    clear = ONE - card[3]
     return (
         decode(encode(red) * clear + card[0]),
         decode(encode(green) * clear + card[1]),
@@ -216,12 +207,11 @@ def under(
 
 
 @jit
-def alone(card: np.ndarray) -> tuple[np.float32, np.float32, np.float32, np.float32]:
-    """Cards [5] with nothing behind: colour multiplied by alpha, and alpha."""
-    opacity = 1 - card[3]
+def alone(card: np.ndarray) -> tuple[np.float32, np.float32, np.float32]:
+    """Cards [4] with nothing behind: linear colour multiplied by alpha, which is not 0."""
+    alpha = card[3]
     return (
-        decode(card[0] / opacity) * opacity,
-        decode(card[1] / opacity) * opacity,
-        decode(card[2] / opacity) * opacity,
-        opacity,
+        decode(card[0] / alpha) * alpha,
+        decode(card[1] / alpha) * alpha,
+        decode(card[2] / alpha) * alpha,
     )

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
+from bakery.formats.targets import named_expressions
 from bakery.geometry.color import to_encoded
 from bakery.heads.base import look, weights
 from bakery.runtime.avatar import Avatar
@@ -13,11 +14,7 @@ from bakery.runtime.player import GRAY, Player
 from bakery.types import EXPRESSIONS
 
 Pose = tuple[np.ndarray, Sequence[float], float]  # weights [E], gaze [2] and yaw, degrees
-SMILE = {
-    "mouthSmileLeft": 0.8, "mouthSmileRight": 0.8, "mouthUpperUpLeft": 0.3, "mouthUpperUpRight": 0.3,
-    "cheekSquintLeft": 0.6, "cheekSquintRight": 0.6, "mouthLowerDownLeft": 0.25,
-    "mouthLowerDownRight": 0.25,
-}  # fmt: skip
+SMILE = named_expressions()["smile"]
 TALK = {"jawOpen": 0.45, "mouthFunnel": 0.25, "browInnerUp": 0.3}
 BLINK = {"eyeBlinkLeft": 1.0, "eyeBlinkRight": 1.0}
 

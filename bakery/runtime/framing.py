@@ -1,5 +1,6 @@
 """Cameras that hold the whole head and its hair, from whatever side it is seen."""
 
+import numba
 import numpy as np
 
 from bakery.geometry import camera as cameras
@@ -43,10 +44,23 @@ def _smallest(points: np.ndarray, center: np.ndarray) -> np.ndarray:
     References:
         Badoiu and Clarkson, "Smaller core-sets for balls", SODA 2003.
     """
+    points = np.ascontiguousarray(points, np.float64)
     for step in range(1, STEPS):
-        toward = points[((points - center) ** 2).sum(1).argmax()] - center
+        toward = points[_farthest(points, center)] - center
         center = center + toward * [0, 1, 1] / (step + 1)
     return center
+
+
+@numba.njit(cache=True, nogil=True)
+def _farthest(points: np.ndarray, center: np.ndarray) -> int:
+    """Which of the points [N, 3] is farthest from a centre [3]: the first, of several."""
+    found, most = 0, -1.0
+    for n in range(len(points)):
+        x, y, z = points[n, 0] - center[0], points[n, 1] - center[1], points[n, 2] - center[2]
+        square = x * x + y * y + z * z
+        if square > most:
+            found, most = n, square
+    return found
 
 
 def head_camera(

@@ -15,7 +15,7 @@ from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import to_encoded
 from bakery.heads.base import CARDS, EYES, FOLLOW, PARTS, PROXIES, HeadModel
-from bakery.runtime import card_kernels, kernels, shading
+from bakery.runtime import card_kernels, kernels, raster_kernels, shading
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import gaze_slide, lay_hair, nearest_gaze
 from bakery.runtime.hair_cards import hair_cards
@@ -41,13 +41,16 @@ class Workspace:
 
     face: np.ndarray  # [H n, W n] int32
     best: np.ndarray  # [H n, W n] float32
+    farthest: np.ndarray  # [ceil(H n / BLOCK), ceil(W n / BLOCK)] float32
     texels: np.ndarray  # [..., 4] float32: skin, mouth, both eyes, the hair's cap
     plain: np.ndarray  # [tiles] bool: squares of the skin that hold the neutral texture
     seen: np.ndarray  # [F] bool
     needed: np.ndarray  # [tiles] bool
     planes: np.ndarray  # [F, 9] float64
     marks: np.ndarray  # [h, w] bool
-    cards: np.ndarray  # [H n, W n, 5] float32: hair, lashes and tear line
+    cards: np.ndarray  # [H n, W n, 4] float32: hair, lashes and tear line
+    touched: np.ndarray  # bool, as `farthest`: where there are any of them
+    hiding: np.ndarray  # [H n, W n] float32: alpha of the hair alone
     color: np.ndarray  # [H, W, 4] float32: premultiplied colour, `Frame.face`
     alpha: np.ndarray  # [H, W] float32
     hair: np.ndarray  # [H, W, 4] float32: `Frame.hair`
@@ -65,6 +68,7 @@ class Player:
         compact = compact.reshape(-1, 3).astype(np.int32)
         self.hair = hair_cards(textures.hair_mesh if hair else None)
         self.faces = np.concatenate([compact[: len(shown)], self.hair.cap + np.int32(len(used))])
+        self.late = len(self.faces) - len(self.hair.cap) // 2  # the cap's inner side
         self.hair_faces = self.hair.cards + np.int32(len(used))
         self.card_faces = compact[len(shown) :]
         self.rest = np.ascontiguousarray(avatar.neutral[used], np.float32)
@@ -136,37 +140,41 @@ class Player:
         across = -(-size // kernels.TILE)
         low = np.clip((self.corners.min(1) - 1.5) // kernels.TILE, 0, across - 1).astype(int)
         high = np.clip((self.corners.max(1) + 1.5) // kernels.TILE, 0, across - 1).astype(int)
-        lists = [
-            [] if kind not in (0, shading.TONGUE) else [y * across + x for y in range(a[1], b[1] + 1) for x in range(a[0], b[0] + 1)]
-            for kind, a, b in zip(self.kind, low, high)
-        ]  # fmt: skip
-        self.tile_start = np.cumsum([0, *map(len, lists)]).astype(np.int32)
-        self.tile_list = np.array([tile for tiles in lists for tile in tiles], np.int32)
+        high[(self.kind != 0) & (self.kind != shading.TONGUE)] = -1  # on no tile of the skin
+        sides = np.maximum(high - low + 1, 0)
+        counts = sides.prod(1)
+        self.tile_start = np.cumsum([0, *counts]).astype(np.int32)
+        face = np.repeat(np.arange(len(counts)), counts)
+        row, column = np.divmod(np.arange(len(face)) - self.tile_start[face], sides[face, 0])
+        self.tile_list = ((low[face, 1] + row) * across + low[face, 0] + column).astype(np.int32)
         self.corners = self.corners.astype(np.float32)
 
     def _prepare_cards(self, head: HeadModel, cards: np.ndarray) -> None:
         """Pieces of textures for lashes and hair; old bundles have no lashes in the hair layer."""
         layer = self.avatar.textures.hair
-        self.card_texture, self.card_corners = _piece(
+        piece, self.card_corners = _piece(
             np.asarray(layer, np.float32), head.uv[head.uv_faces[cards]]
         )
-        if not self.card_texture[..., 3:].any():
+        if not piece[..., 3:].any():
             self.card_faces = self.card_faces[:0]
-        self.card_vertices = np.unique(np.concatenate([self.card_faces, self.hair_faces]))
+        self.card_texture = card_kernels.encoded(piece)
         self.card_sides = card_sides(head, cards)
-        self.hair_texture, self.hair_corners = _piece(self.hair.texture, self.hair.cards_uv)
+        piece, self.hair_corners = _piece(self.hair.texture, self.hair.cards_uv)
+        self.hair_texture = card_kernels.encoded(piece)
 
     def workspace(self, width: int, height: int) -> Workspace:
         """New buffers for pictures of this size."""
         fine, size = (height * SAMPLES, width * SAMPLES), self.size
+        blocks = tuple(-(-side // raster_kernels.BLOCK) for side in fine)
         texels = np.ones((self.texels, 4), np.float32)
         texels[: size * size, 3] = self.known.ravel()
         texels[self.places[shading.CAP, 0] :] = self.cap_texture.reshape(-1, 4)
         return Workspace(
-            np.empty(fine, np.int32), np.empty(fine, np.float32), texels,
+            np.empty(fine, np.int32), np.empty(fine, np.float32), np.empty(blocks, np.float32), texels,
             np.zeros(len(self.squares), bool), np.empty(len(self.faces), bool),
             np.empty(len(self.squares), bool), np.empty((len(self.faces), 9)),
-            np.empty(self.mouths.shape[:2], bool), np.empty((*fine, 5), np.float32),
+            np.empty(self.mouths.shape[:2], bool), np.empty((*fine, 4), np.float32),
+            np.empty(blocks, bool), np.empty(fine, np.float32),
             np.empty((height, width, 4), np.float32),
             np.empty((height, width), np.float32),
             np.empty((height, width, 4), np.float32),
@@ -203,8 +211,10 @@ class Player:
         depth = -points[:, 2]
         depth[self.sheet] += BEHIND
         inverse = np.where(depth > 1e-6, 1 / np.where(depth > 1e-6, depth, 1), 0)
-        box = kernels.rasterize(pixels, inverse, self.faces, SAMPLES, work.face, work.best)
-        kernels.needed_tiles(
+        box = raster_kernels.rasterize(
+            pixels, inverse, self.faces, self.late, SAMPLES, work.face, work.best, work.farthest
+        )
+        raster_kernels.needed_tiles(
             work.face, box, SAMPLES, self.tile_start, self.tile_list, work.seen, work.needed
         )
         skin, mouth, *caps, _ = np.split(work.texels, self.places[[1, 2, 3, shading.CAP], 0])
@@ -222,38 +232,36 @@ class Player:
         kernels.texture_planes(
             work.seen, pixels, inverse, self.faces, self.corners, self.kind, slides, work.planes
         )
-        box_of_mouth = kernels.reach(
+        box_of_mouth = raster_kernels.reach(
             pixels[self.sheet], inverse[self.sheet], SAMPLES, camera.height, camera.width
         )
         if kernels.mark_texels(
             work.face, box_of_mouth, SAMPLES, self.kind, 1, work.planes, work.marks
         ):
             self._mouth(work.marks, expression, mouth.reshape(*work.marks.shape, 4))
-        over = kernels.reach(
-            pixels[self.card_vertices], inverse[self.card_vertices], SAMPLES, camera.height,
-            camera.width,
-        )  # fmt: skip
         topmost = self.hair.order(camera)[::-1]
         ones = np.ones(len(topmost), np.float32)
-        locks = self.hair_faces[topmost], self.hair_corners[topmost], ones, self.hair_texture
+        locks = self.hair_faces[topmost], self.hair_corners[topmost], ones, *self.hair_texture
         shown = card_weights(camera, self.avatar.fit.camera, expression)[self.card_sides]
-        lashes = self.card_faces[::-1], self.card_corners[::-1], shown[::-1], self.card_texture
-        where = work.best, SAMPLES, over
+        lashes = self.card_faces[::-1], self.card_corners[::-1], shown[::-1], *self.card_texture
+        where = work.best, work.farthest, work.touched, work.cards
 
-        def shade(hair: bool, color: np.ndarray, alpha: np.ndarray) -> None:
+        def shade(hair: bool, known: bool, color: np.ndarray, alpha: np.ndarray) -> None:
             shading.shade(
                 work.face, box, SAMPLES, self.kind, work.planes, work.texels, self.places, known,
-                work.cards, over, hair, color, alpha,
+                work.cards, work.touched, work.hiding, hair, color, alpha,
             )  # fmt: skip
 
-        card_kernels.clear(work.cards, SAMPLES, over)
-        card_kernels.lay_cards(pixels, inverse, *locks, *where, True, work.cards)
+        work.touched[:] = False
+        card_kernels.lay_cards(pixels, inverse, *locks, *where)
         if apart:
-            shade(True, work.hair, work.alpha)
+            shade(True, False, work.hair, work.alpha)
             work.hair[..., 3] = work.alpha
-            card_kernels.clear(work.cards, SAMPLES, over)
-        card_kernels.lay_cards(pixels, inverse, *lashes, *where, False, work.cards)  # behind hair
-        shade(False, work.color, work.alpha)
+            work.touched[:] = False
+        if known:
+            card_kernels.keep_alpha(work.touched, work.cards, work.hiding)
+        card_kernels.lay_cards(pixels, inverse, *lashes, *where)  # behind hair
+        shade(False, known, work.color, work.alpha)
 
     def _mouth(self, seen: np.ndarray, expression: np.ndarray, out: np.ndarray) -> None:
         lips = self.lips_rest + np.tensordot(expression, self.lips_basis, 1)

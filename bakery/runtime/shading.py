@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from bakery.runtime.card_kernels import alone, under
+from bakery.runtime.card_kernels import CLEAR, ONE, alone, under
 from bakery.runtime.hair_cards import FAINT
 from bakery.runtime.kernels import jit, place_on
+from bakery.runtime.raster_kernels import BLOCK
 
 TONGUE = 4  # a kind of face: on the skin's texture, but no skin that a photo may not know
 CAP = 5  # another: opaque hair, on a texture that is multiplied by alpha
@@ -13,7 +14,7 @@ LEAST_ALPHA = np.float32(FAINT)
 
 @jit
 def shade(
-    face: np.ndarray, box: tuple[int, int, int, int], samples: int, kind: np.ndarray, planes: np.ndarray, texels: np.ndarray, places: np.ndarray, whole: bool, cards: np.ndarray, over: tuple[int, int, int, int], hair: bool, out: np.ndarray, alpha: np.ndarray
+    face: np.ndarray, box: tuple[int, int, int, int], samples: int, kind: np.ndarray, planes: np.ndarray, texels: np.ndarray, places: np.ndarray, whole: bool, cards: np.ndarray, touched: np.ndarray, hiding: np.ndarray, hair: bool, out: np.ndarray, alpha: np.ndarray
 ) -> None:  # fmt: skip
     """Colour the picture from what each of its samples sees, and average them.
 
@@ -25,7 +26,10 @@ def shade(
             16 bytes, which are read at once.
         places: [kinds, 3] int64: where each texture begins, its width and height.
         whole: whether the fourth channel is wanted.
-        cards: [H n, W n, 5] float32, as from `card_kernels.lay_cards`, inside the box `over`.
+        cards: [H n, W n, 4] float32, as from `card_kernels.lay_cards`, in the squares that are
+            touched; one lies on whole pixels.
+        hiding: [H n, W n] float32, read if `whole`: how much of a photo's face those cards hide
+            that do, hair and not lashes.
         hair: whether the cap and `cards` alone are coloured.
         out: [H, W, 4] float32, written: linear, premultiplied by alpha.
         alpha: [H, W] float32, written.
@@ -36,19 +40,22 @@ def shade(
     for row in range(box[0], box[1]):
         for column in range(box[2], box[3]):
             red = green = blue = known = hits = np.float32(0)
-            near = over[0] <= row < over[1] and over[2] <= column < over[3]
+            laid = touched[row * samples // BLOCK, column * samples // BLOCK]
             for y in range(row * samples, (row + 1) * samples):
                 for x in range(column * samples, (column + 1) * samples):
                     # Unsigned: numba looks whether a signed index counts from the end.
                     here, there = np.uint64(y), np.uint64(x)
                     f = face[here, there]
-                    covered = near and cards[here, there, 3] < 1
-                    if f < 0 or (hair and kind[np.uint64(f)] != CAP):
-                        if covered:
-                            r, g, b, opacity = alone(cards[here, there])
-                            red, green, blue = red + r, green + g, blue + b
-                            known += cards[here, there, 4] - cards[here, there, 3]
-                            hits += opacity * weigh
+                    over = cards[here, there, 3] if laid else np.float32(0)
+                    hides = hiding[here, there] if whole else np.float32(0)
+                    solid = f >= 0 and (not hair or kind[np.uint64(f)] == CAP)
+                    if over > ONE - CLEAR or (over > 0 and not solid):
+                        r, g, b = alone(cards[here, there])
+                        red, green, blue = red + r, green + g, blue + b
+                        known += over - hides
+                        hits += over * weigh
+                        continue
+                    if not solid:
                         continue
                     which = np.uint64(kind[np.uint64(f)])
                     start, width, height = places[which, 0], places[which, 1], places[which, 2]
@@ -57,7 +64,7 @@ def shade(
                     )
                     top, bottom = start + top * width, start + bottom * width
                     q, e = s - s * t, s * t
-                    p, n = 1 - t - q, t - e
+                    p, n = ONE - t - q, t - e
                     i, j = np.uint64(top + left), np.uint64(top + right)
                     k, m = np.uint64(bottom + left), np.uint64(bottom + right)
                     r = p * texels[i, 0] + q * texels[j, 0] + n * texels[k, 0] + e * texels[m, 0]
@@ -72,14 +79,13 @@ def shade(
                         )
                         gain = 1 / max(a, LEAST_ALPHA)
                         r, g, b = r * gain, g * gain, b * gain
-                    if covered:
+                    if over > 0:
                         r, g, b = under(cards[here, there], r, g, b)
                     red, green, blue = red + r, green + g, blue + b
-                    bare = cards[here, there, 4] if covered else np.float32(1)
                     if whole and which == TONGUE:
-                        known += bare
+                        known += 1 - hides
                     elif whole and which < TONGUE:
-                        known += bare * (
+                        known += (1 - hides) * (
                             p * texels[i, 3]
                             + q * texels[j, 3]
                             + n * texels[k, 3]

@@ -192,7 +192,7 @@ def film(fitted, take, generator, output, view=(0.0, 0.0), frames=None, progress
     )
     with tempfile.TemporaryDirectory() as folder:
         part = Path(folder) / "part"
-        part.write_bytes(video.encode(pictures(), kind, take.rate))
+        part.write_bytes(video.encode(pictures(), kind, take.rate, video.codec_of(kind)))
         video.join(output, [part], kind, take.rate, (still.width, still.height), note)
 
 

@@ -19,6 +19,8 @@ SIDES = {  # eye: outer corner, inner corner, two points of the upper lid and tw
     "right": (33, 133, (159, 158), (145, 153)),
     "left": (263, 362, (386, 385), (374, 380)),
 }
+# Shapes of a smile, and how much each counts: mouthSmile at 1 is a strong one.
+SMILE = {"mouthSmile": 1.67, "mouthDimple": 1.0, "mouthUpperUp": 1.0}
 RESTING_MOUTH = 0.602  # of the distance of the outer eye corners, the widest of london/train
 PARTS = (  # of the face, each hidden by itself, and the side it lies on: +1 left, -1 right
     (np.concatenate([marks.EYE_LEFT, marks.BROW_LEFT]), 1),
@@ -196,7 +198,7 @@ def _expression(weights, points):
     def sides(name):
         return float(sum(weights[EXPRESSION_INDEX[name + side]] for side in ("Left", "Right"))) / 2
 
-    smile = sum(map(sides, ("mouthSmile", "mouthDimple", "mouthUpperUp")))
+    smile = sum(share * sides(name) for name, share in SMILE.items())
     others = [sides(name) for name in ("mouthFrown", "browDown", "noseSneer")]
     others += [
         float(weights[EXPRESSION_INDEX[n]]) for n in ("mouthPucker", "mouthFunnel", "cheekPuff")

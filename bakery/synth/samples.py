@@ -51,12 +51,12 @@ FACES = {
 }  # fmt: skip
 CLOSELY = {"sharpness": 0.4, "largest": 3.0}  # how far `likeness` goes for them
 CALM = {
-    "mouthSmileLeft": 0.32,
-    "mouthSmileRight": 0.32,
+    "mouthSmileLeft": 0.19,
+    "mouthSmileRight": 0.19,
 }  # a resting mouth whose corners do not droop
 
 
-STILL = {"mouthSmileLeft": 0.08, "mouthSmileRight": 0.08}  # wide mouths smile by their shape
+STILL = {"mouthSmileLeft": 0.05, "mouthSmileRight": 0.05}  # wide mouths smile by their shape
 
 
 def _scene(seed, background, color, expression=None, gaze=(0.0, -2.0), light=None, **camera):

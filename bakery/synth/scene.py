@@ -92,12 +92,12 @@ def studio_light(
 
 EXPRESSIVE = {  # mixtures that faces really make, with their weights at full strength
     "smile": {
-        "mouthSmileLeft": 0.95, "mouthSmileRight": 0.9, "cheekSquintLeft": 0.5, "cheekSquintRight": 0.5,
+        "mouthSmileLeft": 0.57, "mouthSmileRight": 0.54, "cheekSquintLeft": 0.5, "cheekSquintRight": 0.5,
         "eyeSquintLeft": 0.25, "eyeSquintRight": 0.25, "mouthUpperUpLeft": 0.45, "mouthUpperUpRight": 0.45,
         "mouthDimpleLeft": 0.2, "mouthDimpleRight": 0.2, "jawOpen": 0.12, "mouthLowerDownLeft": 0.15, "mouthLowerDownRight": 0.15,
     },
     "closed smile": {
-        "mouthSmileLeft": 0.55, "mouthSmileRight": 0.6, "cheekSquintLeft": 0.3, "cheekSquintRight": 0.3,
+        "mouthSmileLeft": 0.33, "mouthSmileRight": 0.36, "cheekSquintLeft": 0.3, "cheekSquintRight": 0.3,
         "mouthDimpleLeft": 0.2, "mouthDimpleRight": 0.2, "mouthPressLeft": 0.15, "mouthPressRight": 0.15,
     },
     "surprise": {
@@ -110,7 +110,7 @@ EXPRESSIVE = {  # mixtures that faces really make, with their weights at full st
     },
     "open": {"jawOpen": 0.6, "mouthFunnel": 0.2, "mouthLowerDownLeft": 0.3, "mouthLowerDownRight": 0.3},
     "blink": {"eyeBlinkLeft": 1.0, "eyeBlinkRight": 1.0},
-    "wink": {"eyeBlinkLeft": 1.0, "cheekSquintLeft": 0.6, "mouthSmileLeft": 0.4},
+    "wink": {"eyeBlinkLeft": 1.0, "cheekSquintLeft": 0.6, "mouthSmileLeft": 0.24},
     "pucker": {"mouthPucker": 0.8},
     "jaw aside": {"jawLeft": 0.5, "mouthLeft": 0.4},
     "disgust": {

@@ -80,7 +80,7 @@ def test_a_bake_with_them(bakery, portrait, tmp_path):
     done = bakery(
         "build", photo, "--landmarks", marks, "-o", out, "--expressions", tmp_path / "mine.toml",
         "--preset", "small", "--set", "texture.views=[0.0]", "--generator", "rendered",
-        "--set", "bundle.formats=[]",
+        "--set", "bundle.formats=[]", "--hair", "none", "--complete", "none",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     manifest = json.loads((out / "avatar.json").read_text())

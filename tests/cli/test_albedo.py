@@ -74,7 +74,7 @@ def test_the_people_go_from_pale_to_dark(head):
     people = [albedos.person(head, number) for number in range(12)]
     assert [one.melanin for one in people] == [*albedos.MELANIN] * 2
     assert len({one.seed for one in people}) == 12
-    tones = [albedos.lab(albedos.true_albedo(head, one).mean((0, 1)))[0] for one in people[:6]]
+    tones = [albedos.lab(albedos.true_albedo(head, one, 128).mean((0, 1)))[0] for one in people[:6]]
     assert tones == sorted(tones, reverse=True)
 
 

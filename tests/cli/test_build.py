@@ -9,7 +9,7 @@ import pytest
 FEW = Path(__file__).parents[1] / "few.toml"
 QUICK = [
     "--preset", "small", "--expressions", FEW, "--set", "texture.views=[0.0]",
-    "--generator", "rendered", "--set", "bundle.formats=[]",
+    "--generator", "rendered", "--set", "bundle.formats=[]", "--hair", "none", "--complete", "none",
 ]  # fmt: skip
 
 
@@ -45,7 +45,8 @@ def baked(bakery, folder, tmp_path_factory):
 def test_a_folder_becomes_bundles_and_one_bad_photo_stops_no_other(baked, bakery):
     out, _, done = baked
     rows = states(done)
-    assert sorted(path.name for path in out.iterdir()) == ["ada.avatar", "bob.avatar"]
+    assert sorted(path.name for path in out.iterdir()) == ["ada.avatar", "bob.avatar", "index.html"]
+    assert "ada.avatar/preview.png" in (out / "index.html").read_text()
     assert rows["ada.png"]["state"] == rows["bob.png"]["state"] == "baked"
     assert rows["sky.png"]["state"] == "failed" and "sky.json" in rows["sky.png"]["error"]
     assert done.returncode == 1 and "2 baked, 0 fresh, 1 failed" in done.stderr
@@ -66,6 +67,19 @@ def test_fresh_bundles_are_skipped_and_stale_ones_need_overwrite(baked, bakery, 
     (out / "bob.avatar" / "face.exr").unlink()
     rows = states(bakery(*command, "--overwrite"))
     assert rows["ada.png"]["state"] == "fresh" and rows["bob.png"]["state"] == "baked"
+
+
+def test_one_fresh_bundle_is_skipped_if_asked(baked, bakery, folder):
+    """What a farm calls: once more is no error, but a stale bundle is."""
+    out, _, _ = baked
+    one = ["build", folder / "bob.png", "-o", out / "bob.avatar", "--landmarks", folder, *QUICK]
+    before = (out / "bob.avatar" / "avatar.json").stat()
+    done = bakery(*one, "--skip-fresh", "--json")
+    assert done.returncode == 0 and states(done)["bob.png"]["state"] == "fresh", done.stderr
+    assert (out / "bob.avatar" / "avatar.json").stat() == before
+    assert bakery(*one).returncode == 1
+    done = bakery(*one, "--skip-fresh", "--set", "mask.resolution=64")
+    assert done.returncode == 1 and "--overwrite" in done.stderr
 
 
 def test_without_o_the_bundle_stands_beside_the_photo(bakery, portrait, tmp_path):

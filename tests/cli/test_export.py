@@ -91,7 +91,7 @@ def test_a_bundle_of_the_formats_that_a_preset_names(bakery, portrait, tmp_path)
     done = bakery(
         "build", photo, "--landmarks", marks, "-o", out, "--preset", "small", "--generator",
         "rendered", "--expressions", FEW, "--set", "texture.views=[0.0]",
-        "--set", 'bundle.formats=["preview"]',
+        "--set", 'bundle.formats=["preview"]', "--hair", "none", "--complete", "none",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert (out / "preview.png").is_file()

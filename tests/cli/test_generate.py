@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from bakery.bake.subject import FittedSubject
 from bakery.errors import InputError
 from bakery.formats.image import read_photo
 from bakery.formats.livelink import Take
-from bakery.formats.record import read_faces
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.fill import enclosed
@@ -29,12 +27,6 @@ class Unchanged:
     def generate(self, subject, conditions, interior_only=False):
         base = conditions.deformed_neutral
         return Generated(base, np.ones_like(base), np.zeros_like(base), np.zeros(base.shape[:2]))
-
-
-@pytest.fixture(scope="module")
-def fitted(portrait, head):
-    _, (face,) = read_faces(portrait[1])
-    return FittedSubject(portrait[0], face, head)
 
 
 def test_another_photos_fit_is_painted_over_that_photo(fitted, portrait):
@@ -192,6 +184,7 @@ def test_the_command(bakery, portrait, tmp_path):
     photo, marks = portrait
     out, mask = tmp_path / "out.png", tmp_path / "mask.png"
     ask = ["generate", photo, "--landmarks", marks, "-o", out, "--mask", mask, "--yaw", "20"]
+    ask += ["--preset", "small"]
     done = bakery(*ask, "--weights", "jawOpen=0.6")
     assert done.returncode == 0, done.stderr
     picture, face = read_photo(out).encoded, read_photo(mask).encoded

@@ -23,11 +23,12 @@ FILES = {
     "mask",
     "preview",
     "picture",
+    "to",
 }  # to write: a file, or a folder where the command makes several files
 FOLDERS = {"module", "pictures", "folder", "run", "work", "fits"}  # to write: always a folder
 FILLED = {"synth samples", "synth failures"}  # whose --output is a folder of many files
 GO_ON = {  # leave what is there alone
-    "synth training", "synth pairs", "synth portraits", "synth skins", "train pairs",
+    "synth training", "synth pairs", "synth portraits", "synth skins", "train pairs", "farm",
 }  # fmt: skip
 BUNDLES = {"build", "bundle"}  # whose --output is a bundle
 NAMES = {"name": "makehuman", "truth": "makehuman", "network": "finder"}  # arguments: no paths
@@ -95,6 +96,8 @@ def line_of(name, option, place, folder, text="mine"):
         elif isinstance(parameter, click.Argument):
             given = photo if parameter.name in ("photo", "photos") else source
             given = NAMES.get(parameter.name, given)
+        elif parameter.name == "kind":
+            given = "commands"
         elif parameter.required:
             given = {"count": 1, "name": "preview"}.get(parameter.name, source / "file")
             if getattr(parameter.type, "file_okay", True) is False:

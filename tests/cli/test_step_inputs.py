@@ -17,7 +17,7 @@ def steps(bakery, portrait, tmp_path_factory):
     photo, marks = portrait
     folder = tmp_path_factory.mktemp("steps")
     small = ["--preset", "small", "--expressions", FEW, "--set", "texture.views=[0.0]"]
-    small += ["--set", "bundle.formats=[]"]
+    small += ["--set", "bundle.formats=[]", "--hair", "none", "--complete", "none"]
     given = [photo, "--landmarks", marks, *small]
     for command in (
         ["fit", *given, "-o", folder / "f.json"],

@@ -5,10 +5,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from bakery.bake.subject import FittedSubject
 from bakery.evaluate.generator import sheet as generator_sheet
-from bakery.formats.portraits import landmarks_of
-from bakery.formats.record import read_faces
 from bakery.show import synthesis
 from bakery.types import Generated
 
@@ -23,12 +20,6 @@ class Unchanged:
         return Generated(
             image, np.ones_like(image), np.zeros_like(image), np.zeros(image.shape[:2])
         )
-
-
-@pytest.fixture(scope="module")
-def fitted(portrait, head):
-    _, (face,) = read_faces(portrait[1])
-    return FittedSubject(portrait[0], landmarks_of(face.points), head)
 
 
 @pytest.mark.parametrize("yaw", [0.0, 30.0])

@@ -3,6 +3,8 @@
 import io
 import os
 import struct
+import subprocess
+import sys
 import time
 import zlib
 
@@ -39,6 +41,16 @@ def test_lossless_formats_come_back(tmp_path, picture, ending):
     photo = read_photo(save(tmp_path / f"a.{ending}", picture, **options))
     close(photo, picture / 255, atol=1e-6)
     assert photo.notes == () and len(photo.sha256) == 64
+
+
+def test_headers_are_read_first_thing_in_a_program(tmp_path, picture):
+    """Pillow loads its readers when they are asked for; no test before this one may have done so."""
+    for ending in ("png", "jpg", "webp", "avif"):
+        save(tmp_path / f"a.{ending}", picture)
+        code = "import sys; from bakery.formats.image_header import check_file; check_file(sys.argv[1])"
+        command = [sys.executable, "-c", code, str(tmp_path / f"a.{ending}")]
+        done = subprocess.run(command, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))
@@ -219,8 +231,11 @@ def broken_files(picture):
         "scans": (many_scans(picture, 300), "scans"),
         "gif": (gif.getvalue(), "animated"),
         "webp": (webp.getvalue(), "animated"),
-        "heic": (b"\0\0\0\x18ftypheic" + bytes(99), "heif-convert"),
-        "avif": (b"\0\0\0\x18ftypavif" + bytes(99), "avifdec"),
+        "heic": (
+            b"\0\0\0\x18ftypheic" + bytes(99),
+            "not a picture that can be read|a HEIC picture",
+        ),
+        "avif": (b"\0\0\0\x18ftypavif" + bytes(99), "not a picture that can be read"),
         "video": (b"\0\0\0\x18ftypisom" + bytes(99), "video"),
         "pdf": (b"%PDF-1.7\n" + bytes(99), "PDF"),
         "svg": (b"<svg xmlns=''></svg>", "SVG"),

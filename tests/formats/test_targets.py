@@ -34,7 +34,7 @@ def test_named_expressions():
         ("", {}),
         ("viseme:AA", {"jawOpen": 0.6, "mouthLowerDownLeft": 0.2, "mouthLowerDownRight": 0.2}),
         ("viseme:AA=0.5", {"jawOpen": 0.3, "mouthLowerDownLeft": 0.1, "mouthLowerDownRight": 0.1}),
-        (" viseme:OU = 1 , jawOpen=0.1", {"jawOpen": 0.3, "mouthPucker": 0.7, "mouthFunnel": 0.2}),
+        (" viseme:OU = 1 , jawOpen=0.1", {"jawOpen": 0.2, "mouthPucker": 0.7, "mouthFunnel": 0.2}),
         ("jawOpen", {"jawOpen": 1}),
         ("jawOpen=0.9,viseme:OU", {"jawOpen": 1, "mouthPucker": 0.7, "mouthFunnel": 0.2}),
     ],
@@ -76,9 +76,9 @@ def test_weights_as_text():
 
 
 @pytest.mark.parametrize(
-    "kind, digest", [(talking, "b9ce3857968dd8c4"), (ranging, "7ebe0b63b8eba450")]
+    "kind, digest", [(talking, "4e404ad0457a19a5"), (ranging, "8732561a805bea71")]
 )
 def test_visemes_have_the_numbers_that_the_shipped_mouths_were_chosen_with(kind, digest):
-    """The digests are of the table as it stood in the code, before it became a preset."""
+    """Whoever changes visemes chooses the mouths anew (`bakery train mouths`), then the digests."""
     poses = candidate_poses(np.random.default_rng(0), kind, 50)
     assert hashlib.sha256(poses.tobytes()).hexdigest()[:16] == digest

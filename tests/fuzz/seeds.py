@@ -285,6 +285,7 @@ def photos(folder):
     )
     add("plain.bmp", picture.convert("L"), "BMP")
     add("plain.jp2", picture, "JPEG2000")
+    add("plain.avif", picture, "AVIF")
     add("plain.ppm", picture, "PPM")
     cv2.imwrite(str(folder / "deep.png"), grey.astype(np.uint16) * 257)
 

@@ -89,6 +89,16 @@ def test_one_smile_explains_many():
     assert rest < 0.2
 
 
+def test_amounts_of_smiles_are_told_by_the_corners():
+    learn = pytest.importorskip("bakery.heads.build.learn")
+    rng = np.random.default_rng(2)
+    smile = rng.normal(size=(468, 2))
+    amounts = np.array([0.2, 0.9, 1.4])
+    moves = amounts[:, None, None] * smile
+    moves[:, 0] += 5  # no corner of the mouth
+    np.testing.assert_allclose(learn.smile_amounts(moves, smile), amounts)
+
+
 def test_pairs_need_both_photos():
     recipe = pytest.importorskip("bakery.heads.build.recipe")
     names = ["t/1_smiling.jpg", "t/1_neutral.jpg", "t/2_neutral.jpg"]

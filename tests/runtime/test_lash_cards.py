@@ -22,8 +22,8 @@ def camera_of(avatar, yaw):
 
 
 def with_cards(avatar, color, alpha):
-    """The avatar with one colour all over its cards."""
-    hair = np.array(avatar.textures.hair, np.float32)
+    """The avatar with one colour all over its cards, and no other hair."""
+    hair = np.zeros(avatar.textures.hair.shape, np.float32)
     hair[card_texels(avatar.head, len(hair))] = [*(alpha * np.array(color)), alpha]
     return replace(avatar, textures=replace(avatar.textures, hair=hair))
 

@@ -56,7 +56,7 @@ def test_a_good_portrait_has_no_findings(good):
 
 def test_expression(good):
     photo, face, fit, parts = good
-    smile = weights({"mouthSmileLeft": 0.5, "mouthSmileRight": 0.5})
+    smile = weights({"mouthSmileLeft": 0.3, "mouthSmileRight": 0.3})
     fit = replace(fit, expression=smile)
     assert codes(photo, face, fit, parts) == [], "a narrow mouth hardly smiles"
     wide = face.points.copy()

@@ -1,5 +1,7 @@
 """What the texture is made of lies where its camera says."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -7,8 +9,9 @@ from numpy.testing import assert_allclose
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_encoded
 from bakery.geometry.sample import bilinear
+from bakery.stages.atlas import make_atlas
 from bakery.stages.texture.hair import Mattes
-from bakery.stages.texture.neutral import _cut_out
+from bakery.stages.texture.neutral import _cut_out, _lit_strip
 from bakery.types import Camera, Fit, Photo
 
 REST = np.zeros(52, np.float32)
@@ -36,3 +39,22 @@ def test_the_head_cut_out_of_a_photo(head, resolution):
     assert_allclose(here, points, atol=1e-6)
     # OpenCV's averages are off by 0.1 pixels; sides of whole pixels were by 0.9 to 1.8.
     assert_allclose(bilinear(image, here)[:, :2] * 1204, marks, atol=0.2)
+
+
+def test_skin_shown_with_the_hair_is_lit_as_the_skin_beside_it(head):
+    atlas = make_atlas(head, 64).take("skin")
+    half = np.zeros((20, 20), np.float32)
+    half[:, :10] = 1  # strip of skin on the left, strands on the right
+    pixels = np.tile([[5.0, 10.0], [15.0, 10.0]], (len(atlas.index), 1))[: len(atlas.index)]
+    view = SimpleNamespace(
+        on_skin=atlas,
+        visibility=SimpleNamespace(pixels=pixels),
+        mattes=SimpleNamespace(strip=half, hair=1 - half),
+    )
+    over, lift = np.full((64, 64, 4), 0.2, np.float32), np.zeros((64, 64), np.float32)
+    lift[::8, ::8] = np.log(2)  # known here and there, continued between
+    out = _lit_strip(over, lift, view)
+    rows = out.reshape(-1, 4)[atlas.index]
+    np.testing.assert_allclose(rows[0::2, :3], 0.4, rtol=0.01)
+    np.testing.assert_allclose(rows[1::2, :3], 0.2, rtol=0.01)
+    np.testing.assert_array_equal(out[..., 3], over[..., 3])

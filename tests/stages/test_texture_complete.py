@@ -29,7 +29,7 @@ from bakery.stages.texture.correlations import (
     windows_of,
 )
 from bakery.stages.texture.grain import own_grain
-from bakery.stages.texture.shadows import darker_half, darkness, leak, leveled, odd
+from bakery.stages.texture.shadows import darker_half, darkness, leak, odd
 from bakery.stages.texture.shaped import shaped
 from bakery.stages.texture.unwrap import PartialAlbedo, without_foreign
 
@@ -66,9 +66,10 @@ def test_what_was_seen_stays(head, atlas, face, method):
     partial = partial_of(grainy(0.05), seen, atlas)
     made = complete(partial, head, head.mean, atlas, method)
     sure = partial.seen == 1
-    # A face of one tone has brows and lips unlike people's: where it ends, that counts a little.
+    # A face of one tone has brows and lips unlike people's: where it ends, that counts a little, and
+    # tones that nobody has are held to 0.4 of the logarithm, which takes 0.03 of 0.3.
     inner = cv2.erode(sure.astype(np.uint8), np.ones((61, 61))) > 0  # borders fade
-    assert_allclose(made.albedo[inner], partial.albedo[inner], rtol=0.005)
+    assert_allclose(made.albedo[inner], partial.albedo[inner], rtol=0.04)
     assert np.isfinite(made.albedo).all() and made.albedo.min() >= 0
     assert (made.source[sure] == OBSERVED).all()
     assert ((made.source == 0) == (partial.on_skin == 0)).all()
@@ -180,40 +181,6 @@ def test_the_mirror_takes_the_colour_of_its_side(atlas):
     assert_allclose(joined[hole], np.tile(1.5 * TONE, (hole.sum(), 1)), rtol=0.05)
 
 
-def test_slanting_tones_are_leveled_and_detail_stays():
-    base = np.tile(TONE, (SIZE, SIZE, 1))
-    detail = np.exp(np.random.default_rng(4).normal(0, 0.05, (SIZE, SIZE, 1)))
-    dark = (0.6 * base * detail).astype(np.float32)
-    known = np.ones((SIZE, SIZE), np.float32)
-    out, left, lift = leveled(dark, known, base, 0 * known, known, known)
-    assert np.array_equal(out, dark) and np.array_equal(left, known) and not lift.any()
-    out, left, lift = leveled(dark, known, base, known, known, known)
-    assert 0.9 < np.median(out / base) < 1
-    assert_allclose(np.median(lift), 0.85 * np.log(1 / 0.6), rtol=0.1)
-    a, b = (np.log(x @ LUMA).std() for x in (out, dark))
-    assert 0.9 < a / b < 1.1
-    assert np.array_equal(left, known), "a face keeps what it has"
-
-
-def test_a_deep_shadow_off_the_face_is_left_to_be_filled_in():
-    known, off = np.ones((SIZE, SIZE), np.float32), np.zeros((SIZE, SIZE), np.float32)
-    base = np.tile(TONE, (SIZE, SIZE, 1))
-    for level, kept in ((0.2, 0), (0.8, 1)):
-        _, left, _ = leveled(level * base, known, base, known, known, off)
-        assert_allclose(left, kept, atol=0.01)
-
-
-def test_a_brow_in_shadow_stays_darker_than_the_skin_beside_it():
-    known = np.ones((SIZE, SIZE), np.float32)
-    base, plain = np.tile(TONE, (SIZE, SIZE, 1)), known.copy()
-    plain[250:258] = 0
-    brow = np.where(plain > 0, 1, 0.5)[..., None]
-    out, _, _ = leveled((0.3 * base * brow).astype(np.float32), known, base, known, plain, known)
-    ratio = (out / base)[:, 256].mean(1)
-    assert_allclose(ratio[[200, 300]], 1, atol=0.02)
-    assert_allclose(ratio[254], 0.5, atol=0.05)
-
-
 def test_what_one_half_shows_darker_than_the_other_lies_in_shadow():
     seen, albedo = np.ones((SIZE, SIZE), np.float32), np.tile(TONE, (SIZE, SIZE, 1))
     albedo[:, : SIZE // 2] *= 0.4
@@ -225,15 +192,17 @@ def test_what_one_half_shows_darker_than_the_other_lies_in_shadow():
 
 def test_what_is_darker_than_likely_is_told_without_brows():
     albedo, likely = np.tile(TONE, (2, SIZE, SIZE, 1))
-    albedo[:100] *= 0.3
-    albedo[300:308] *= 0.3  # a brow
+    albedo[:100] *= 0.2
+    albedo[300:308] *= 0.2  # a brow
     weight = np.ones((SIZE, SIZE), np.float32)
     weight[300:308] = 0
     gap = darkness(likely, albedo, weight)
-    assert_allclose(gap[:80], np.log(1 / 0.3), atol=0.02)
+    assert_allclose(gap[:80], np.log(1 / 0.2), atol=0.02)
     assert np.abs(gap[140:]).max() < 0.02
     rim = leak(gap)
     assert rim[90:102].min() > 0.5 and rim[:60].max() == rim[160:].max() == 0
+    soft = np.linspace(0, 2, SIZE)[:, None] * np.ones(SIZE)
+    assert leak(soft).max() < 0.01, "a soft terminator has no rim"
     strange = odd(gap)
     assert strange[:90].min() == 1 and strange[160:].max() == 0
 

@@ -1,5 +1,7 @@
 """Hair: what of a photo is hair, and the layer over the skin."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -14,6 +16,7 @@ from bakery.stages.texture.hair import (
     _from_both,
     _loose,
     _near,
+    _tone,
     hair_layer,
     mattes_of,
 )
@@ -257,3 +260,19 @@ def test_what_is_hardly_sure_makes_no_colour_of_its_own():
     sure[45, 30] = 1e-6
     found = _from_both(values, sure, np.zeros((64, 64), np.float32))
     assert found.min() > -3.01 and found.max() < -0.99
+
+
+def test_a_hairline_where_skin_shines_through_does_not_colour_the_back():
+    """Seen is a band of thin hair above one of dense hair; far from both the dense one's colour holds."""
+    skin, hair = np.array([0.5, 0.2, 0.13], np.float32), np.array([0.1, 0.06, 0.04], np.float32)
+    nothing = np.zeros((64, 64), np.float32)
+    photo = np.where(np.arange(64)[:, None, None] < 32, hair, skin).astype(np.float32)
+    mattes = Mattes(*[nothing] * 7)
+    mattes = replace(mattes, hair=(photo[..., 0] < 0.2) * 1.0, skin=(photo[..., 0] > 0.2) * 1.0)
+    color = np.broadcast_to(hair, (256, 256, 3)).copy()
+    color[20:40] = (skin + hair) / 2  # a thin hairline
+    sure = np.zeros((256, 256), np.float32)
+    sure[20:60, 64:192] = 1
+    made = np.exp(_tone(color, sure, np.ones((256, 256), np.float32), photo, mattes))
+    np.testing.assert_allclose(made[200:], np.broadcast_to(hair, (56, 256, 3)), rtol=0.02)
+    np.testing.assert_allclose(made[55, 128], hair, rtol=0.05)

@@ -2,8 +2,17 @@
 
 import numpy as np
 
-from bakery.landmarks import EYE_LEFT, EYE_RIGHT, LIPS_INNER
-from bakery.stages.texture.unwrap import open_lids, penumbra, rims
+from bakery.geometry import harmonics
+from bakery.landmarks import CHIN, EYE_LEFT, EYE_RIGHT, LIPS_INNER
+from bakery.stages.texture.unwrap import (
+    AHEAD,
+    CONTRAST,
+    bearded,
+    open_lids,
+    penumbra,
+    rims,
+    shading,
+)
 
 
 def eye_points():
@@ -37,3 +46,47 @@ def test_only_the_edge_of_a_shadow_is_left_out():
     assert edge[200, 250] == edge[299, 250] == edge[250, 199] == 1
     assert edge[250, 250] == edge[190, 250] == edge[0, 0] == 0
     assert penumbra(0 * shadow).max() == 0
+
+
+def one_lamp(azimuth, ambient=0.0):
+    """Irradiance [9, 3] of a lamp (degrees to the subject's left of the camera) and light all around."""
+    angle = np.radians(azimuth)
+    at = np.array([np.sin(angle), 0, np.cos(angle)])
+    light = (harmonics.basis(at) * harmonics.COSINE / np.pi)[:, None] * np.ones(3)
+    light[0] += ambient / harmonics.C0
+    return light
+
+
+def test_a_lamp_from_one_side_leaves_no_half_in_the_dark():
+    for azimuth in (-80, 45, 90):
+        bare = (harmonics.irradiance(AHEAD, one_lamp(azimuth)))[:, 0]
+        assert bare.max() > 4 * max(bare.min(), 0), "the lamp is hard"
+        kept = shading(AHEAD, one_lamp(azimuth))[:, 0]
+        assert 1.2 < kept.max() / kept.min() < CONTRAST + 0.05
+        assert (np.argsort(kept) == np.argsort(bare)).all()
+    around = np.stack([np.sin(t := np.linspace(0, 2 * np.pi, 90)), 0 * t, np.cos(t)], 1)
+    steps = np.diff(np.log(shading(around, one_lamp(90))[:, 0]))
+    assert np.abs(steps).max() < 0.08, "no edge where the light ends"
+
+
+def test_soft_light_is_shaded_as_it_is():
+    light = one_lamp(20, ambient=3.0)
+    bare = (harmonics.irradiance(AHEAD, light) / harmonics.irradiance(AHEAD[0], light))[:, 0]
+    np.testing.assert_allclose(shading(AHEAD, light)[:, 0], bare, rtol=0.02)
+
+
+def test_dark_hair_below_the_nose_is_no_shadow(head):
+    size = 256
+    skin, whole = np.tile([0.35, 0.2, 0.12], (size, size, 1)), np.ones((size, size), np.float32)
+    chin = head.landmark_uv()[CHIN].mean(0) * size
+    y, x = np.mgrid[:size, :size] + 0.5
+    patch = (np.hypot(x - chin[0], y - chin[1] + 12) < 10)[..., None]
+    inner = (np.hypot(x - chin[0], y - chin[1] + 12) < 6) & (y < chin[1] - 8)
+    for color, hair in (([0.06, 0.055, 0.05], 1), ([0.12, 0.06, 0.03], 0)):  # black; skin in shadow
+        albedo = np.where(patch, color, skin).astype(np.float32)
+        found = bearded(albedo, whole, head)
+        assert np.abs(found[inner] - hair).max() < 0.1
+        assert found[~patch[..., 0] & (np.hypot(x - chin[0], y - chin[1] + 12) > 14)].max() < 0.01
+    top = np.where(patch[::-1], [0.06, 0.055, 0.05], skin).astype(np.float32)
+    assert not bearded(top, whole, head)[: size // 3].any(), "hair on the forehead is none of it"
+    assert not bearded(top, 0 * whole, head).any(), "nothing is seen"

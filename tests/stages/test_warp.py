@@ -106,3 +106,16 @@ def test_folds_are_found_and_mended(head):
 def test_same_input_same_bytes(head):
     field = smooth_field(head)
     assert (warp.residual_offsets(head, field) == warp.residual_offsets(head, field)).all()
+
+
+@pytest.mark.parametrize("precision", [np.float32, np.float64])
+def test_the_covariance_is_the_sum_of_two_matern_kernels(precision):
+    """More points than are worked out together, to the bit the formula of Matern 3/2."""
+    rng = np.random.default_rng(0)
+    count = 2 * warp.ROWS + 3
+    points, other = (rng.normal(0, 20, (n, 3)).astype(precision) for n in (count, 9))
+    square = (points**2).sum(1)[:, None] + (other**2).sum(1)[None] - 2 * points @ other.T
+    off = np.sqrt(np.maximum(square, 0))
+    wide, fine = ((1 + r) * np.exp(-r) for r in (off * (3**0.5 / s) for s in (22.0, 7.0)))
+    np.testing.assert_array_equal(warp.kernel(points, other), 0.85 * wide + 0.15 * fine)
+    assert warp.kernel(points[:1], points[:1])[0, 0] == 1

@@ -1,4 +1,4 @@
-"""`bakery evaluate track` and `bakery evaluate animate`: motion, measured."""
+"""`bakery evaluate track`, `talk`, `expressions` and `animate`: motion, measured."""
 
 import json
 from pathlib import Path
@@ -49,6 +49,35 @@ def talk(clips, detector, head):
         rows.append(talk.measure(path, reference, finder, model))
         click.echo(json.dumps(rows[-1]))
     click.echo(json.dumps(talk.summary(rows)))
+
+
+@click.command(cls=options.Command)
+@click.argument("folders", nargs=-1, required=True, type=click.Path(path_type=Path))
+@options.detector
+@options.head
+def expressions(folders, detector, head):
+    """How far people smile in FOLDERS of photos, beside the expressions of a head model.
+
+    NAME_neutral.jpg and NAME_smiling.jpg are one person. A Markdown table: percentiles of smiles
+    with closed and with open lips, then the named expressions and some shapes, both sides at 1.
+
+    \b
+    bakery evaluate expressions portraits/london/train portraits/congress/train
+    bakery heads describe makehuman     # all shapes against their descriptions
+    """
+    from bakery.evaluate import smiles
+    from bakery.heads.file import load_head
+
+    model = load_head(head)
+    seen = {
+        folder: [smile for _, smile in smiles.people(folder, model, detector)] for folder in folders
+    }
+    click.echo(smiles.header())
+    for folder, found in seen.items():
+        for title, row in smiles.percentiles(found):
+            click.echo(smiles.line(f"{folder.parent.name}/{folder.name}, {title}", row))
+    for title, weights in smiles.played():
+        click.echo(smiles.line(title, *smiles.shown(model, weights)))
 
 
 @click.command(cls=options.Command)

@@ -10,8 +10,8 @@ from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.heads.build.control import swap_sides
 from bakery.heads.build.makehuman import MODES, refined_flesh
-from bakery.heads.place import place, place_head
-from bakery.landmarks import FACE, face_size
+from bakery.heads.place import at_landmarks, moves_between, place, place_head
+from bakery.landmarks import FACE, MOUTH_CORNERS, face_size
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 WIDE = 110  # sliders that people's identity is looked for in
@@ -20,11 +20,6 @@ DOUBT = 25.0  # how many people the sliders' own statistics count for
 PROFILE = 168.0  # degrees, glabella - subnasale - pogonion; the tip of the nose left out
 MIDLINE = 0.05  # mm from the plane of symmetry
 HELD = 20.0  # weight of the landmarks' mean square move as the front sees it, per mm2
-# Points that a smile leaves alone: forehead, bridge of the nose, temples, eye corners.
-STILL = np.array(
-    [10, 338, 297, 332, 284, 251, 109, 67, 103, 54, 21, 151, 9, 8, 168, 6, 197, 33, 133, 263, 362]
-    + [127, 356, 162, 389]
-)
 
 
 def landmark_matrix(raw, head):
@@ -107,12 +102,7 @@ def learn_rest(head, points, sizes):
 
 def mean_identity(head, points, sizes):
     """Mean identity coefficients [I] of neutral faces, expressions held back as in `learn_prior`."""
-    near, weights = head.landmark_vertices[:FACE], head.landmark_barycentric[:FACE]
-
-    def at(values):
-        return np.einsum("...lkc,lk->...lc", values[..., near, :], weights).astype(float)
-
-    mean, modes, expression = at(head.mean), at(head.identity_basis), at(head.expression_basis)
+    mean, modes, expression = at_landmarks(head)
     found = [
         place(mean, modes, 0.25 * expression, face[:FACE], tuple(map(int, size)), sigma=NOISE)[1]
         for face, size in zip(points, sizes)
@@ -161,16 +151,6 @@ def profile_shift(head):
     fronts = np.einsum("ilkc,lk->ilc", basis[:, near, :2], weights).reshape(len(basis), -1)
     move = np.linalg.solve(np.eye(len(basis)) + HELD / FACE * fronts @ fronts.T, modes)
     return (wanted - depth) / (modes @ move) * move
-
-
-def smile_weights(head, points, sizes):
-    """Mean weight of mouthSmile in fits of faces by `place_head`."""
-    sides = [EXPRESSION_INDEX["mouthSmile" + side] for side in ("Left", "Right")]
-    found = [
-        place_head(head, face, tuple(map(int, size))).expression[sides].mean()
-        for face, size in zip(points, sizes)
-    ]
-    return float(np.mean(found))
 
 
 def _order(covariance, raw):
@@ -222,25 +202,14 @@ def smile_moves(raw, matrix, pairs):
     Returns:
         [N, 468, 2] mm along the head's x and y.
     """
-    center, modes = carry(matrix, raw.mean), carry(matrix, raw.sliders)
-    expression = carry(matrix, raw.expression) * 0.5
-    moves = []
-    for neutral, smiling, size in pairs:
-        size = tuple(map(int, size))
-        view, identity, weights, _ = place(center, modes, expression, neutral[:FACE], size)
-        shape = center + np.tensordot(identity, modes, 1) + np.tensordot(weights, expression, 1)
-        shape = shape + _back(neutral[:FACE] - cameras.project(shape, view), shape, view)
-        still = np.zeros((0, len(STILL), 3))
-        turned = place(shape[STILL], still, None, smiling[STILL], size)[0]
-        moves.append(_back(smiling[:FACE] - cameras.project(shape, turned), shape, turned)[:, :2])
-    return np.array(moves)
-
-
-def _back(pixels, shape, view):
-    """Pixel offsets [N, 2] as head-space offsets [N, 3] mm in the picture's plane."""
-    depth = -cameras.to_camera(shape, view)[:, 2]
-    flat = np.stack([pixels[:, 0], -pixels[:, 1], 0 * depth], -1) * (depth / view.focal)[:, None]
-    return flat @ rotation.matrix(view.rotation)
+    mean, modes, expression = (
+        carry(matrix, values) for values in (raw.mean, raw.sliders, raw.expression)
+    )
+    found = [
+        moves_between(mean, modes, 0.5 * expression, (neutral, size), (smiling, size))[1]
+        for neutral, smiling, size in pairs
+    ]
+    return np.array(found)[..., :2]
 
 
 def learn_smile(moves, helpers, mirror, wide, rounds=12, noise=0.7, doubt=0.3):
@@ -268,6 +237,16 @@ def learn_smile(moves, helpers, mirror, wide, rounds=12, noise=0.7, doubt=0.3):
         smile, weights = smile * scale, weights / scale
     rest = rest - weights[:, None, None] * smile
     return smile, weights, other, float(np.sqrt((rest**2).sum(-1).mean()))
+
+
+def smile_amounts(moves, smile):
+    """How much of a smile people's corners of the mouth show: [N], 1 as far as the smile's go.
+
+    Args:
+        moves: [N, 468, 2] mm, from `smile_moves`; smile: [468, 2] mm at weight 1.
+    """
+    corners = smile[MOUTH_CORNERS]
+    return np.tensordot(moves[:, MOUTH_CORNERS], corners, 2) / (corners**2).sum()
 
 
 def smile_field(raw, matrix, smile, stiffness=0.5, anchor=2e-3):

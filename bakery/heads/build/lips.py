@@ -28,6 +28,7 @@ ROUNDED = {
 FULLER = {"mouthPucker": (1.1, 1.0), "mouthFunnel": (1.5, 2.2)}
 FUNNEL = 0.75  # of the height that the source opens it
 SHRUG = (2.6, 0.5)  # mm that mouthShrugUpper brings the upper lip outward; share of its lift kept
+PRESS = 0.75  # of what mouthPress moves at the corners and beyond is left out: it is no smile
 
 
 def round_lips(raw):
@@ -91,6 +92,17 @@ def shrug_upper(raw):
     move = spread_from(raw, skin, (wanted - shape) * share[:, None])
     expression = raw.expression.copy()
     expression[EXPRESSION_INDEX["mouthShrugUpper"]] += move
+    return replace(raw, expression=expression)
+
+
+def press_lips(raw):
+    """The head whose mouthPress leaves the corners nearly where they are; the source draws a smile."""
+    ring = lip_ring(raw)
+    x = np.abs(raw.mean[:, 0])
+    kept = 1 - PRESS * smoothstep(0.35, 1.0, x / x[ring].max())
+    expression = raw.expression.copy()
+    for side in ("Left", "Right"):
+        expression[EXPRESSION_INDEX["mouthPress" + side]] *= kept[:, None]
     return replace(raw, expression=expression)
 
 

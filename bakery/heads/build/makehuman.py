@@ -18,7 +18,7 @@ from bakery.heads.build.control import (
     symmetric,
     triangles_of,
 )
-from bakery.heads.build.lips import round_lips, shrug_upper
+from bakery.heads.build.lips import press_lips, round_lips, shrug_upper
 from bakery.heads.build.orbit import lay_lids
 from bakery.heads.build.subdivide import refine
 from bakery.heads.build.teeth import LOWER, UPPER, Arch, affine_carry, gum, row_of_teeth
@@ -220,7 +220,7 @@ def prepare(raw, known):
     if "rest_expression" in known:
         shift = np.tensordot(known["rest_expression"].astype(float), raw.expression, 1)
         raw = replace(raw, mean=raw.mean + shift)
-    raw = shrug_upper(round_lips(raise_lids(close_lips(raw))))
+    raw = press_lips(shrug_upper(round_lips(raise_lids(close_lips(raw)))))
     return learned_smile(raw, known["smile"]) if "smile" in known else raw
 
 

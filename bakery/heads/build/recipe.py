@@ -13,7 +13,7 @@ from bakery.landmarks import FACE, face_size
 from bakery.types import EXPRESSION_INDEX
 
 KEEP = 0.8  # of the modes' deviations: what photos from the front cannot see was too wide
-FREE = 0.75  # mean weight that a free fit of a smile with teeth shall have
+STRONG = 90  # percentile of people's smiles that weight 1 of the smile is
 OPEN = 0.03  # lips this far apart, in outer-eye-corner distances, show teeth
 
 
@@ -91,8 +91,7 @@ def settle(raw, known, points, sizes, names):
     """The last of `learn_all`, from what the rest of it found: centre, spread, size of the smile.
 
     The mean moves to the mean of the neutral faces' fits, the modes shrink by `KEEP`, the mean gets
-    the profile that photos from the front do not show, and the smile is scaled so that free fits of
-    smiles with teeth use `FREE` of it.
+    the profile that photos from the front do not show, and the smile gets its size (`size_smile`).
     """
     neutral, smiling = pairs_of(names).T
     head = makehuman.build(raw, known=known)
@@ -108,13 +107,24 @@ def settle(raw, known, points, sizes, names):
         head, points, known["positions"], embed.mirror_points(points), embed.sides(head)
     ).astype(np.float32)
     yield f"mean moved by {np.linalg.norm(shift):.2f} standard deviations", dict(known)
-    for _ in range(2):
-        head = makehuman.build(raw, known=known)
-        toothy = [
-            k
-            for k in smiling
-            if np.linalg.norm(points[k][13] - points[k][14]) > OPEN * face_size(points[k])
-        ]
-        used = learn.smile_weights(head, points[toothy], sizes[toothy])
-        known["smile"] = (known["smile"] * np.float32(used / FREE)).astype(np.float32)
-        yield f"smile: weight {used:.2f} in free fits", dict(known)
+    size = size_smile(raw, known, points, sizes, names)
+    yield f"smile: {size:.2f} times as large", dict(known)
+
+
+def size_smile(raw, known, points, sizes, names):
+    """Scale the smile so that weight 1 is the `STRONG`th percentile of people's smiles, in place.
+
+    Args:
+        raw, points, sizes, names: as for `learn_all`; known: what was learned, with its smile.
+
+    Returns:
+        How many times as large the smile is now.
+    """
+    control = makehuman.prepare(raw, known)
+    matrix = learn.landmark_matrix(control, makehuman.build(raw, known=known))
+    pairs = [(points[a], points[b], sizes[b]) for a, b in pairs_of(names)]
+    moves = learn.smile_moves(control, matrix, pairs)
+    smile = sum(control.expression[EXPRESSION_INDEX["mouthSmile" + s]] for s in ("Left", "Right"))
+    size = np.percentile(learn.smile_amounts(moves, (matrix @ smile)[:, :2]), STRONG)
+    known["smile"] = (known["smile"] * np.float32(size)).astype(np.float32)
+    return float(size)

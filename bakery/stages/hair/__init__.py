@@ -21,7 +21,7 @@ CARDS = 320
 WIDTH = 14.0  # mm
 LONGEST, SHORT = 130.0, 48.0  # mm, wisps of long and of short hair
 CROPPED = 5.0  # mm: hair so short is drawn on the skin
-STUBBLE, SHAVED = 9.0, 0.22  # mm, distance of sRGB colours: shorter and more alike is no volume
+STUBBLE, SHAVED = 9.0, 0.235  # mm, distance of sRGB colours: shorter and more alike is no volume
 COARSE = 60  # cards of the coarsest level
 WIDER = 2.0  # times the width that they have there
 

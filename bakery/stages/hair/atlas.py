@@ -6,12 +6,12 @@ import cv2
 import numpy as np
 
 from bakery.geometry import camera as cameras
-from bakery.geometry.color import LUMA
+from bakery.geometry.color import LUMA, to_encoded
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
 from bakery.stages.hair import chart as charts
-from bakery.stages.hair.chart import COLUMNS, ROWS
+from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.directions import frame
 from bakery.stages.hair.mesh import body_depth
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
@@ -23,7 +23,16 @@ GUTTER = 2  # texels around each card
 RAGGED, LONG = 0.3, 130.0  # of wisps so long, mm, so much has strands of different length
 POINTED = 0.4  # of its width that a wisp gets narrower to its tip
 STRAND = 0.7  # mm, width of the strands that are made up
-SHADE = 0.9  # of what unseen hair is as bright as the hair around it
+SHADE = 0.95  # of what unseen hair is as bright as the hair around it
+UNSEEN = (
+    0.85  # of the way from the nearest colour to the middle one that hair far from the seen has
+)
+UNLIKE = 0.3  # distance of sRGB colours of skin and of hair that is surely no bald top's
+BESIDE = 0.6  # cosine of the azimuth from which hair is beside the head
+STREAKS = 1.0  # of the photo's contrast that made-up strands have
+LIT, GLOSS = 0.16, 0.28  # log brightness from below to above, and of the ring of gloss
+DIMMED = 0.1  # log brightness that it loses beside the ring
+RING = 42.0, 15.0  # degrees above the horizon that hair faces where the gloss is, and its width
 INNER_SIDE = 0.35  # how much of the photo shows on hair that it sees from within, in the dark
 SLANT = (0.12, 0.35)  # cosine to the camera: the photo is not shown up to it, and all from it on
 OBSERVED, INFERRED = 1, 3
@@ -125,10 +134,24 @@ class Painter:
         )
         on = diffuse(padded, known)[stretch // 2 :: stretch, wide:-wide]
         if (weight > 0.5).any():
-            middle = np.median(values[weight > 0.5], 0)
+            rows, columns = np.nonzero(weight > 0.5)
+            beside = (rows > DOME // 2) & (np.cos(charts.azimuth()[columns]) < BESIDE)
+            middle = self._middle(values[rows, columns], beside)
             far = 1 - smoothstep(0.0, 0.2, charts.smooth(weight.astype(float), 50.0))[..., None]
-            on = on + 0.5 * far * (middle - on)
+            on = on + UNSEEN * far * (middle - on)
         return charts.smooth(on.astype(float), 6.0)
+
+    def _middle(self, values, sides):
+        """The middle of log colours [n, 3]: of a bald top's, of those alone that are of `sides` [n]."""
+        middle = np.median(values, 0)
+        skin = self.portrait.linear[self.portrait.skin]
+        if not (len(skin) and sides.any()):
+            return middle
+        bare = to_encoded(np.median(skin, 0))
+        beside = np.median(values[sides], 0)
+        whole, aside = to_encoded(np.exp(middle)), to_encoded(np.exp(beside))
+        shines = np.linalg.norm(whole - bare) < np.linalg.norm(whole - aside)
+        return beside if shines and np.linalg.norm(aside - bare) > UNLIKE else middle
 
     def _energy(self):
         """Standard deviation of the log brightness of single wisps."""
@@ -167,7 +190,9 @@ class Painter:
         else:
             shown = shown * smoothstep(0.1, 0.5, hair)
         tone = shell.chart.take(self.tone, cells)
-        made = np.exp(tone + np.log(SHADE) + (0.8 * self.energy * streak)[:, None])
+        light = self._light(cells)
+        level = light + STREAKS * self.energy * (1 + light) * streak
+        made = np.exp(tone + np.log(SHADE) + level[:, None])
         color = made + shown[:, None] * (picture - made)
         before = smoothstep(6.0, 1.0, depth - body_depth(portrait, shell, pixels)) * inside
         before = before * np.where(at(portrait.depth, pixels) < NOTHING, on_skin, air)
@@ -184,6 +209,13 @@ class Painter:
         fits = ~(portrait.inside(pixels) & at(portrait.behind, pixels))
         both = np.stack([fits, told(shell)], -1).astype(float)
         return np.clip(charts.smooth(both, 4.0), 0, 1)
+
+    def _light(self, cells):
+        """Log brightness [n] of hair that nobody photographed, by which way it faces: from above, soft."""
+        normal = self.shell.chart.take(self.normals, cells)
+        up = normal[:, 1] / np.maximum(np.linalg.norm(normal, axis=-1), 1e-6)
+        off = (np.degrees(np.arcsin(np.clip(up, -1, 1))) - RING[0]) / RING[1]
+        return LIT * up + GLOSS * np.exp(-(off**2)) - DIMMED
 
     def _cosine(self, points, cells):
         """Between the shell's normal and the line of sight, [n]."""

@@ -12,8 +12,14 @@ from bakery.stages.hair.portrait import NOTHING, Portrait, at
 from bakery.stages.hair.shell import Shell, told
 from bakery.stages.hair.strands import KNOTS, Wisps
 
-CAP = 0.75  # share of the way from what hair lies on to where it ends
-LAYERS = {0.55: 0.86, 0.8: 0.95, 1.0: 1.03}  # the same for wisps, by their layer
+CAP = (0.75, 0.92)  # share of the way from what hair lies on to where it ends, at least and at most
+BELOW = 3.5  # mm that the cap lies below that end between the two
+LAYERS = {
+    0.55: 0.4,
+    0.8: 0.72,
+    1.0: 1.0,
+}  # of the way from the cap to OUTER, of wisps by their layer
+OUTER = 1.03  # share that the outermost have
 OVER = 3.0  # mm that wisps stand out farther: the photo cuts them to its outline
 UNDER = 2.5  # mm below the skin that the cap's border goes
 RETREAT = 6.0  # mm that the cap ends before the hair does
@@ -40,12 +46,20 @@ def cap_share(shell: Shell, portrait: Portrait) -> np.ndarray:
     sure = cv2.erode((portrait.hair > 0.6).astype(np.uint8), np.ones((size, size), np.uint8)) > 0
     out = np.full((ROWS, COLUMNS), np.nan)
     untold = told(shell) < 0.5
-    for share in (0.0, 0.15, 0.3, 0.45, 0.6, CAP):
+    highest = cap_height(shell.radius - shell.base)
+    for part in (0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 1.0):
+        share = part * highest
         pixels, depth = portrait.pixels(shell.surface(cells, share))
         allowed = ~portrait.inside(pixels) | at(sure, pixels)
         allowed |= untold | (depth > body_depth(portrait, shell, pixels) + 6)
         out = np.where(allowed, share, out)
     return out
+
+
+def cap_height(thick: np.ndarray) -> np.ndarray:
+    """The share [...] that the cap has of hair that is [...] mm thick, where nothing keeps it lower."""
+    share: np.ndarray = np.clip(1 - BELOW / np.maximum(thick, 1e-3), *CAP)
+    return share
 
 
 def body_depth(portrait: Portrait, shell: Shell, pixels: np.ndarray) -> np.ndarray:
@@ -151,7 +165,9 @@ def ribbons(shell: Shell, wisps: Wisps, wider: float = 1.0) -> tuple[np.ndarray,
     taper = (0.75 + 0.25 * smoothstep(0, 0.3, t)) * (1 - 0.35 * smoothstep(0.6, 1, t))
     half = 0.5 * wider * wisps.width[:, None] * taper
     layer = np.select([np.isclose(wisps.layer, k) for k in LAYERS], list(LAYERS.values()), 1.0)
-    lift = layer[:, None] * (0.72 + 0.28 * smoothstep(0, 0.35, t))
+    cap = cap_height(shell.chart.take(shell.radius - shell.base, wisps.cells))
+    lift = cap + layer[:, None] * (OUTER - cap)
+    lift = lift * (0.72 + 0.28 * smoothstep(0, 0.35, t))
     tilt = np.where(np.arange(len(points)) % 2, 0.05, -0.05)[:, None]
     edges, cells = [], []
     for sign in (-1.0, 1.0):

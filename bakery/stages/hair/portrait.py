@@ -10,7 +10,7 @@ from bakery.geometry.color import to_linear
 from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
 from bakery.geometry.raster import rasterize
 from bakery.heads.base import HeadModel
-from bakery.stages.segment import BACKGROUND, EARS, HAIR, HAT, SKIN, Segmentation
+from bakery.stages.segment import BACKGROUND, EARS, HAIR, HAT, HIDDEN, SKIN, Segmentation
 from bakery.types import Camera, Fit
 
 FINE = 1.6  # pixels a millimetre at most
@@ -22,6 +22,8 @@ MOSTLY = 0.5  # of all hair: more of it like skin, and all is
 SKINNY = 0.17  # distance of sRGB colours below which it is bare
 UNLIKE = 0.35  # distance of sRGB colours of two patches that are not both hair
 POCKETS = 18.0, 45.0  # mm from the backdrop, above and below the eyes: how far it is seen in hair
+ALIKE = 0.2  # distance of sRGB colours of what may be the same
+HANGING = 15.0  # mm along which what hides the face touches the hair that it hangs from
 INNER, HALO = 0.8, 3.0  # mm from what is no hair, and from the backdrop: nearer, colours are mixed
 NOTHING = 1e5  # mm, depth where no head is
 
@@ -106,6 +108,7 @@ def look(
     solid = (regions == HAIR) & (labels != HAT)
     rims = bare_rims(picture, solid, regions == SKIN, scale_mm)
     solid &= ~rims & (rims.sum() < MOSTLY * solid.sum())
+    solid = before_face(picture, solid, labels, regions, scale_mm)
     solid = _patches(picture, solid, scale_mm)
     level = float(cameras.project(np.zeros(3), cut)[1])
     hair = _matte(picture, solid, regions, scale_mm)
@@ -127,6 +130,32 @@ def look(
         warped(known, cv2.INTER_NEAREST) > 0,
         np.where(np.isfinite(found.depth), found.depth, NOTHING).astype(np.float32),
     )  # fmt: skip
+
+
+def before_face(
+    picture: np.ndarray, solid: np.ndarray, labels: np.ndarray, regions: np.ndarray, scale: float
+) -> np.ndarray:
+    """Hair [H, W] bool with what hides the face, where that hangs from it and looks like it.
+
+    Args:
+        picture: [H, W, 3] sRGB-encoded.
+        solid: [H, W] bool, hair beside it.
+        labels, regions: [H, W].
+        scale: pixels a millimetre.
+    """
+    hiding = regions == HIDDEN
+    out = solid | (hiding & (labels == HAIR))
+    if not solid.any():
+        return out
+    main = np.median(picture[solid], 0)
+    near = cv2.dilate(solid.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    count, number = cv2.connectedComponents((hiding & ~out).astype(np.uint8))
+    for patch in range(1, count):
+        piece = number == patch
+        hangs = (piece & near).sum() > HANGING * scale * 2  # two pixels of it are near
+        if hangs and np.linalg.norm(np.median(picture[piece], 0) - main) < ALIKE:
+            out = out | piece
+    return out
 
 
 def _patches(picture, solid, scale):

@@ -25,6 +25,9 @@ LINE = 3.5  # mm over which a hairline is smooth, twice
 BESIDE = 10.0  # mm around what is half told that tell of it
 HELD = 10  # rows below the chart's equator down to which hair grows where it is
 HANGS = 14  # rows below the equator from which hair hangs
+SKIPPED = 2  # rows that hair before cheeks hangs over
+BETWEEN = 5  # columns, wider than what hangs below a gap between locks
+HOLE = 24  # cells: smaller gaps in hair are none
 BIT = 0.1  # of the largest piece of hair: smaller ones are none
 
 
@@ -136,6 +139,7 @@ def presence(
     sure = (2 * there - 1) ** 2 + 1e-3
     beside = charts.smooth(there * sure, BESIDE) / charts.smooth(sure, BESIDE)
     there = beside + np.clip(sure, 0, 1) * (there - beside)
+    there = _hanging(there, turn)
     line = np.clip(1.2 * (charts.smooth(_held(there), LINE) - 0.5) + 0.5, 0, 1)
     return _held(line), upper * square + (1 - upper) * seen
 
@@ -229,14 +233,41 @@ def _hung(chart, portrait, base, radius, hidden, covered, turn, low, eye):
     return np.where(bare, there, np.maximum(there, closed)), seen
 
 
+def _hanging(there: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Presence [ROWS, COLUMNS] without what hangs before cheeks and jaw from nothing.
+
+    Such hair is behind the head: the jaw was fitted too wide, or an ear lies between.
+
+    Args:
+        turn: [COLUMNS] radians from the camera.
+    """
+    out = there.copy()
+    before = np.cos(turn) > np.cos(np.radians(SIDE[1]))
+    for row in range(DOME, ROWS):
+        held = out[row - SKIPPED : row].max(0)
+        held = np.where(before, np.minimum(out[row], held), out[row])
+        # Hair on both sides of it holds it too: the skin above is a gap between locks.
+        wide = np.pad(held.astype(np.float32), COLUMNS // 8, "wrap")[None]
+        beside = cv2.morphologyEx(wide, cv2.MORPH_CLOSE, np.ones((1, BETWEEN), np.uint8))
+        beside = beside[0, COLUMNS // 8 : -(COLUMNS // 8)]
+        out[row] = np.maximum(held, np.minimum(out[row], beside))
+    return out
+
+
 def _held(there: np.ndarray) -> np.ndarray:
-    """Presence [ROWS, COLUMNS] without bits that hang by nothing: collars, earrings."""
-    round_ = np.concatenate([there, there], 1)  # what goes around the back is in one piece
-    _, parts, sizes, _ = cv2.connectedComponentsWithStats((round_ > 0.5).astype(np.uint8))
-    area = sizes[:, cv2.CC_STAT_AREA].astype(float)
-    area[0] = 0
-    small = (parts > 0) & (area[parts] < BIT * area.max())
-    return np.where(small[:, :COLUMNS] & small[:, COLUMNS:], 0, there)
+    """Presence [ROWS, COLUMNS] without bits that hang by nothing, as collars and earrings, and holes."""
+    area = _areas(there > 0.5)
+    kept = np.where((area > 0) & (area < BIT * area.max()), 0, there)
+    hole = _areas(kept <= 0.5)
+    return np.where((hole > 0) & (hole < HOLE), 1, kept)
+
+
+def _areas(mask: np.ndarray) -> np.ndarray:
+    """Cells of the piece of a mask [ROWS, COLUMNS] that each of its cells belongs to, 0 outside."""
+    round_ = np.concatenate([mask, mask], 1).astype(np.uint8)  # what goes around is in one piece
+    _, parts, sizes, _ = cv2.connectedComponentsWithStats(round_)
+    area = np.where(parts > 0, sizes[parts, cv2.CC_STAT_AREA], 0).astype(float)
+    return np.maximum(area[:, :COLUMNS], area[:, COLUMNS:])
 
 
 def _closed(values):

@@ -35,6 +35,13 @@ EAR_SEEN = 90.0  # mm2 of an ear in the photo, from which hair hangs behind it
 OFF = 18.0  # mm off the skin from which hair hangs
 PLAIN = 5.0  # mm that hair stands off an unseen skull at least
 NAPE, SHORTER = (-5.0, 70.0), 0.8  # mm below the equator over which short hair gets so much shorter
+AHEAD = 4.0  # mm that hair beside the face stands before the skin where it begins
+THROUGH = (
+    15.0  # degrees from the middle of the face: hair that reaches it stands as far out as it likes
+)
+FLANKS = (
+    75.0  # degrees from the camera, from which hair beside the face is not asked where it begins
+)
 SLACK = 1.2  # mm of backdrop that hair may cover
 WIDE = 0.35  # of its height that hair has where the skull itself is fitted too wide
 
@@ -86,7 +93,9 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
     hairy = alike(hairy, front)
     free = _free(curtain_of(hairy, turn), covered, turn)
     base = base + free * (_hanging(base) - base)
-    radius = _within(portrait, chart, base, _radius(base, outline, hairy, eye, chart, free))
+    radius = _radius(base, outline, hairy, eye, chart, free)
+    base, radius = _walled(portrait, chart, base, radius, turn)
+    radius = _within(portrait, chart, base, radius)
     chin = float(head.landmarks(neutral)[CHIN, 1].mean())
     there = seen = np.zeros((ROWS, COLUMNS))
     # What hangs ends in the air; elsewhere, and beside the face, hair rises from the skin.
@@ -110,6 +119,41 @@ def _free(curtain: np.ndarray, covered: tuple[bool, bool], turn: np.ndarray) -> 
     wide = np.pad(both, 4, "wrap")
     free: np.ndarray = np.convolve(wide, np.ones(5) / 5, "same")[4:-4]
     return free
+
+
+def _walled(
+    portrait: Portrait, chart: Chart, base: np.ndarray, radius: np.ndarray, turn: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Both distances [ROWS, COLUMNS] mm with no hair farther forward than where it begins on the skin.
+
+    Hair beside the face is seen edge on: all that the photo shows of it may stand as far back as that.
+
+    Args:
+        turn: [COLUMNS] radians from the camera.
+    """
+    cells = charts.grid()
+    pixels, depth = portrait.pixels(chart.place(cells, chart.skull))
+    bare = (bilinear(portrait.hair, pixels) < 0.5) & portrait.inside(pixels)
+    bare &= (depth < at(portrait.depth, pixels) + 6) & ~at(portrait.behind, pixels)
+    bare = cv2.morphologyEx(bare.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 5))) > 0
+    ahead = np.cos(turn)
+    forward = charts.around() * chart.skull * ahead
+    limit = np.full(radius.shape, np.inf)
+    for side in (-1, 1):
+        away = np.degrees(side * ((turn + np.pi) % (2 * np.pi) - np.pi))
+        order = np.argsort(-away)
+        order = order[(away[order] > -THROUGH) & (away[order] < 90)]  # from the ear to the nose
+        reached = ~bare[:, order] | (away[order] > FLANKS)
+        joined = np.logical_and.accumulate(reached, 1)
+        wall = np.where(joined, forward[:, order], -np.inf).max(1) + AHEAD
+        wall[joined[:, -1]] = np.inf
+        wall[DOME:] = np.minimum.accumulate(wall[DOME:])  # what hangs falls down, not forward
+        mine = (away > 0) & (away < 90)
+        limit[:, mine] = wall[:, None] / np.maximum(charts.around() * ahead[mine], 0.02)
+    tall = radius - base
+    base = np.clip(limit, np.minimum(chart.skull, base), base)
+    kept = np.clip(np.minimum(limit - base, tall), np.minimum(tall, LEAST), None)
+    return base, base + charts.smooth(kept, 4.0)
 
 
 def _within(portrait: Portrait, chart: Chart, base: np.ndarray, radius: np.ndarray) -> np.ndarray:

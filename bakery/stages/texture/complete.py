@@ -19,8 +19,9 @@ from bakery.stages.texture.correlations import (
     windows_of,
 )
 from bakery.stages.texture.database import blended, load_database
+from bakery.stages.texture.evening import alike, evened
 from bakery.stages.texture.grain import own_grain
-from bakery.stages.texture.shadows import LIKELY, darker_half, darkness, leak, leveled, odd
+from bakery.stages.texture.shadows import LIKELY, darker_half, darkness, leak, odd
 from bakery.stages.texture.shaped import shaped
 from bakery.stages.texture.synthesize import synthesized
 from bakery.stages.texture.tone import likely_tone
@@ -76,15 +77,16 @@ def complete(
     wanted, lift = None, np.zeros_like(known)
     if method in ("quick", "synthesize"):
         database = load_database()
-        likely = likely_tone(joined, trusted * even, head, atlas, database)
+        sure = trusted * even
+        likely = likely_tone(alike(joined, sure), sure, head, atlas, database)
         gap = darkness(likely, joined, known * partial.plain)
         kept = (1 - leak(gap)) * (1 - odd(gap) * (1 - face))
         even = even * (1 - smoothstep(*LIKELY, gap))
         known, sure = known * kept, trusted * even * kept
-        likely = likely_tone(joined, sure, head, atlas, database)
-        ratio = log_ratio(low, likely) * (sure > FAR_TONE)[..., None]
-        base = likely * np.exp(diffuse(ratio, np.maximum(sure, FAR_TONE * on_skin)))
-        joined, known, lift = leveled(joined, known, base, 1 - even, partial.plain, face)
+        likely = likely_tone(alike(joined, sure), sure, head, atlas, database)
+        skin = evened(joined, known, even, sure, likely, partial.plain, face, on_skin)
+        joined, known, base, lift = skin.albedo, skin.known, skin.tone, skin.lift
+        tone = np.median(joined[well], 0) if well.any() else tone
         trusted = np.minimum(trusted, known)
         grain = own_grain(joined, trusted * on_skin, vertices, atlas)
         if grain is not None:

@@ -68,13 +68,22 @@ def with_lit_eyes(
     Args:
         points: [L, 2] pixels; lift: [T, T] log, as of CompleteAlbedo.
     """
-    out = linear
+    insides, gains, whites = [], [], []
     for lids in EYES:
         around = uv_polygon(head, lids, LIDS, len(lift)) > 0
-        gain = np.exp(np.median(lift[around]))
         inside = np.zeros(linear.shape[:2], np.uint8)
         cv2.fillPoly(inside, [np.round(points[lids] * 16).astype(np.int32)], 1, shift=4)
-        out = np.where(inside[..., None] > 0, out * np.float32(gain), out)
+        insides.append(inside[..., None] > 0)
+        gains.append(float(np.exp(np.median(lift[around]))))
+        whites.append(np.percentile(linear[inside > 0] @ LUMA, 75) if inside.any() else 0.0)
+    # Both whites are alike: the eye in less shadow, which was changed less, tells the other's.
+    told = int(np.argmin(np.abs(np.log(gains))))
+    level, other = whites[told] * gains[told], 1 - told
+    if gains[other] > 1 and whites[other] * gains[other] > level > 0:
+        gains[other] = max(level / whites[other], 1.0)
+    out = linear
+    for inside, gain in zip(insides, gains):
+        out = np.where(inside, out * np.float32(gain), out)
     return out
 
 

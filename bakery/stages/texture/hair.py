@@ -43,7 +43,8 @@ ON_SKIN = (89.0, 82.0)  # degrees: off the scalp the photo says nothing beyond t
 BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
 LINE = 110  # share of the atlas over which a hairline is smooth
 UNLIKE = 0.08  # distance of sRGB colours of hair and skin that can be told apart
-LIKE = (0.35, 0.55)  # of the way from skin's colour to hair's: no hair up to it, all from it on
+LIKE = (0.5, 0.7)  # of the way from skin's colour to hair's: no hair up to it, all from it on
+REACH = 25  # share of the atlas over which what is made up passes to the hair's middle colour
 LEFT = 0.05  # of what is labelled hair
 FRAYED = 0.12  # how far locks reach over it
 CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
@@ -244,8 +245,8 @@ def both_sides(values, seen):
 def _tone(color, sure, own, linear, mattes):
     """Log colour [T, T, 3] of hair that is made up: of what is `sure` [T, T], continued.
 
-    What is nearer to the skin's colour than to that of the photo's hair is of bald tops; where little
-    else is left, hair is seen at a slant alone, and all that is made up has its middle colour.
+    What is nearer to the skin's colour than to that of the photo's hair is of bald tops and hairlines.
+    Far from all else, and where little is left of it, what is made up has the hair's middle colour.
     """
     dark = np.log(np.maximum(color, 1e-3))
     inner = cv2.erode((mattes.hair > 0.9).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
@@ -258,9 +259,13 @@ def _tone(color, sure, own, linear, mattes):
     shown = to_encoded(np.maximum(color, 0))
     off = [np.linalg.norm(shown - to_encoded(middle), axis=-1) for middle in both]
     kept = sure * smoothstep(*LIKE, off[1] / np.maximum(off[0] + off[1], 1e-6))
+    middle = np.log(np.maximum(both[0], 1e-3)).astype(np.float32)
     if kept.sum() < LEFT * sure.sum():
-        return np.broadcast_to(np.log(np.maximum(both[0], 1e-3)), dark.shape).astype(np.float32)
-    return _from_both(dark, kept.astype(np.float32), own)
+        return np.broadcast_to(middle, dark.shape)
+    # The border of what is seen is a hairline, where skin shines through: it does not tell of the back.
+    continued = _from_both(dark, kept.astype(np.float32), own)
+    near = cv2.GaussianBlur(kept.astype(np.float32), (0, 0), len(kept) / REACH)
+    return middle + np.clip(2 * near, 0, 1)[..., None] * (continued - middle)
 
 
 def _from_both(values, sure, own):

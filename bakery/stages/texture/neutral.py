@@ -10,6 +10,8 @@ from bakery.generators.base import Subject
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import to_linear
+from bakery.geometry.fill import diffuse
+from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.landmarks import FACE
 from bakery.stages.atlas import Atlas, Visibility, make_atlas, make_view, visibility_of
@@ -152,6 +154,7 @@ def prepare(
     lids = lid_skin(head, neutral, texture, atlas)
     turn = rotation.matrix(fit.camera.rotation)
     over = hair(view.image, view.mattes, head, on_skin, view.visibility)
+    over = _lit_strip(over, skin.lift, view)
     if glasses:
         frames = frame_layer(view.image, view.mattes.frame, on_skin, view.visibility)
         over = laid_over(over, frames)
@@ -171,6 +174,23 @@ def prepare(
         view.partial.seen * view.partial.on_skin,
         lay_lashes(over, texture, head, white),
     )
+
+
+def _lit_strip(over: np.ndarray, lift: np.ndarray, view: SkinView) -> np.ndarray:
+    """The layer of the hair [T, T, 4] whose strip of skin is as light as the skin beside it was made.
+
+    Args:
+        lift: [T, T] log, as of CompleteAlbedo.
+    """
+    strip, strands = (
+        view.on_skin.paint(bilinear(matte, view.visibility.pixels))
+        for matte in (view.mattes.strip, view.mattes.hair)
+    )
+    share = strip / np.maximum(strip + strands, 1e-3)
+    beside = diffuse(lift[..., None].astype(np.float32), (lift != 0).astype(np.float32))[..., 0]
+    out = over.copy()
+    out[..., :3] *= np.exp(share * beside)[..., None]
+    return out
 
 
 def _cut_out(photo, mattes, points, fit, head, vertices, resolution):

@@ -20,12 +20,8 @@ ODD = (0.3, 0.6)  # log by which skin off the face differs from it: all of it is
 RIM = (
     1 / 45
 )  # of the atlas's side: how far light leaks into a deep shadow, and the shadow out of it
-LEVELED = 0.85  # of the difference of slanting tones that goes; of deep shadow all
-DARKER = 2.5  # log of what a shadow takes away, at most
-LOST = (
-    0.5,
-    0.9,
-)  # log that a shadow takes away off the face: detail stays up to it, and none beyond
+DEEP = 0.9  # log of a shadow's darkness from which its edge is lost
+HARD = (0.35, 0.55)  # log over FINE: no edge but a soft terminator, and a hard shadow's edge
 
 
 def penumbra(shadow: np.ndarray) -> np.ndarray:
@@ -72,50 +68,16 @@ def odd(gap: np.ndarray) -> np.ndarray:
 
 
 def leak(gap: np.ndarray) -> np.ndarray:
-    """The rim [T, T] 0..1 of deep shadow, where light leaks in, redder than skin; both its sides.
+    """The rim [T, T] 0..1 of deep hard shadow, where light leaks in, redder than skin; both its sides.
 
     Args:
         gap: of `darkness`.
     """
-    dark = (gap > LOST[1]).astype(np.uint8)
+    dark = (gap > DEEP).astype(np.uint8)
     width = int(2 * RIM * len(gap)) | 1
-    return cv2.GaussianBlur(_border(dark, width), (0, 0), width / 8)
-
-
-def leveled(
-    albedo: np.ndarray,
-    known: np.ndarray,
-    base: np.ndarray,
-    share: np.ndarray,
-    plain: np.ndarray,
-    face: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Tones that the photo shows at a slant or in shadow, drawn to those of the skin around.
-
-    Detail stays, but off the face a deep shadow has none that is worth keeping: that is left to be filled
-    in. Skin in shadow is compared without what is beside it, or the shadow's border would be left.
-
-    Args:
-        albedo: [T, T, 3] linear; known: [T, T] 0..1; base: [T, T, 3] linear, smooth.
-        share: [T, T] 0..1, how much of it.
-        plain: [T, T] 0..1, 0 on brows, beard and lips, which are lifted as the skin beside them.
-        face: [T, T] 0..1, 1 well within the face.
-
-    Returns:
-        albedo [T, T, 3]; how surely it is known [T, T]; log [T, T] of what was lifted.
-    """
-    sigma, share = FINE * len(albedo), np.clip(share, 0, 1)
-    weight = known * (share + 1e-4) * (plain + 1e-3)
-    mass = np.maximum(cv2.GaussianBlur(weight, (0, 0), sigma), 1e-9)[..., None]
-    one, other = (
-        cv2.GaussianBlur(x * weight[..., None], (0, 0), sigma) / mass for x in (base, albedo)
-    )
-    ratio = np.log(np.maximum(one, 1e-3)) - np.log(np.maximum(other, 1e-3))
-    deep = smoothstep(*LOST, ratio @ LUMA) * share
-    lift = np.clip(ratio, -DARKER, DARKER) * (share * np.maximum(LEVELED, deep))[..., None]
-    lost = deep * (1 - face)
-    out: np.ndarray = albedo * np.exp(lift)
-    return out, known * (1 - lost), lift @ LUMA
+    slope = np.hypot(*np.gradient(gap)) * FINE * len(gap)
+    hard = cv2.dilate(np.float32(smoothstep(*HARD, slope)), _disc(width // 2 | 1))
+    return cv2.GaussianBlur(_border(dark, width) * hard, (0, 0), width / 8)
 
 
 def _border(dark: np.ndarray, width: int) -> np.ndarray:

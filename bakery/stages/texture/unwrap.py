@@ -7,18 +7,22 @@ import numpy as np
 
 from bakery.geometry import harmonics, rotation
 from bakery.geometry.color import LUMA
-from bakery.geometry.fill import smoothstep
+from bakery.geometry.fill import normalized_blur, smoothstep, soft_limit
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.sample import bicubic, bilinear
 from bakery.heads.base import HeadModel
-from bakery.landmarks import EYES, LIPS_INNER, OVAL
+from bakery.landmarks import EYES, LIPS_INNER, NOSE_BASE, OVAL
 from bakery.stages.atlas import Atlas, Visibility, soften, uv_polygon
 from bakery.stages.texture.hair import Mattes
 from bakery.stages.texture.shadows import SHADED, penumbra
 from bakery.types import Fit
 
+DARKEST, BRIGHTEST = 0.5, 1.6  # shading over that of a frontal normal is never beyond
+CONTRAST = 2.0  # of the shading of what faces the camera
+AHEAD = np.array([[0, 0, 1], [-0.8, 0, 0.6], [0.8, 0, 0.6], [0, -0.8, 0.6], [0, 0.8, 0.6]])
 SLANTING = (75.0, 55.0)  # degrees from which on tones are not believed, and up to which they are
 PALER = 0.6  # log of red over blue: skin of one face, in all its parts, differs less
+HAIR_DARKER, HAIR_PALER = (0.3, 0.7), (0.2, 0.45)  # log by which beards are darker and less red
 BLUR = 1 / 500  # of the atlas's side, before colours are compared
 ISLAND = 0.02  # of the largest piece of seen skin: smaller ones beyond the face are left out
 
@@ -48,14 +52,18 @@ def reflectance(linear_points, shade):
 def shading(normals: np.ndarray, light: np.ndarray) -> np.ndarray:
     """Irradiance [N, 3] at camera-space normals, relative to that of a frontal normal.
 
-    Second-order harmonics swing wildly on sides the photo never showed, so the ratio is held to
-    0.45..1.5 around the frontal value.
+    An avatar's texture keeps the photo's light, and nobody wants half a head in the dark: light from
+    everywhere is added until what faces the camera differs by CONTRAST at most. On sides that the photo
+    never showed harmonics swing wildly: the ratio bends smoothly towards DARKEST and BRIGHTEST.
     """
-    front = harmonics.irradiance(np.array([[0.0, 0.0, 1.0]]), light)
-    ratio = harmonics.irradiance(normals, light) / np.maximum(front, 1e-4)
-    gray = ratio @ LUMA
-    bounded: np.ndarray = np.clip(gray, 0.45, 1.5)[:, None] * np.ones(3, np.float32)
-    return bounded
+    front, *ahead = harmonics.irradiance(AHEAD, light) @ LUMA
+    most, least = max(ahead), max(min(ahead), 0.0)
+    fill = max(0.0, (most - CONTRAST * least) / (CONTRAST - 1))
+    gray = harmonics.irradiance(normals, light) @ LUMA
+    log = np.log(np.maximum(gray + fill, 1e-4) / max(front + fill, 1e-4))
+    bound = np.log(np.where(log < 0, 1 / DARKEST, BRIGHTEST))
+    out: np.ndarray = np.exp(soft_limit(log, bound))[:, None] * np.ones(3, np.float32)
+    return out
 
 
 def photo_shade(fit: Fit, head: HeadModel, vertices: np.ndarray, atlas: Atlas) -> np.ndarray:
@@ -147,13 +155,14 @@ def unwrap_albedo(
     on_skin = atlas.paint(np.ones(len(pixels), np.float32))
     albedo = atlas.paint(reflectance(color, shade))
     weight = without_foreign(albedo, atlas.paint(weight), head)
-    shadow = atlas.paint(bilinear(mattes.shadow, pixels))
+    beard = bearded(albedo, weight, head)
+    shadow = atlas.paint(bilinear(mattes.shadow, pixels)) * (1 - beard)
     square = np.maximum(atlas.paint(visibility.weight(*SLANTING)), inner_face(head, atlas.size))
     return PartialAlbedo(
         albedo,
         soften(weight * (1 - penumbra(shadow)), on_skin),
         square * smoothstep(*SHADED[::-1], shadow) * on_skin,
-        1 - atlas.paint(bilinear(mattes.dark, pixels)),
+        (1 - atlas.paint(bilinear(mattes.dark, pixels))) * (1 - beard),
         atlas.paint(shade),
         on_skin,
     )
@@ -162,6 +171,25 @@ def unwrap_albedo(
 def inner_face(head: HeadModel, size: int) -> np.ndarray:
     """1 well within the face's contour [T, T], 0 from the contour on."""
     return cv2.GaussianBlur(uv_polygon(head, OVAL, 0.75, size), (0, 0), size / 50)
+
+
+def bearded(albedo: np.ndarray, weight: np.ndarray, head: HeadModel) -> np.ndarray:
+    """How surely a texel [T, T] 0..1 below the nose is dark hair: skin in shadow is as red as skin in light.
+
+    Args:
+        albedo: [T, T, 3] linear; weight: [T, T] 0..1.
+    """
+    size = len(albedo)
+    below = np.arange(size) + 0.5 > size * head.landmark_uv()[NOSE_BASE, 1].mean()
+    face = uv_polygon(head, OVAL, 1.1, size) > 0
+    sure = (weight > 0.9) & face
+    if not sure.any():
+        return np.zeros_like(weight)
+    blurred = np.log(np.maximum(normalized_blur(albedo, weight, 2 * BLUR * size), 1e-4))
+    level, tint = blurred @ LUMA, blurred[..., 0] - blurred[..., 2]
+    darker, paler = np.median(level[sure]) - level, np.median(tint[sure]) - tint
+    hair = smoothstep(*HAIR_DARKER, darker) * smoothstep(*HAIR_PALER, paler)
+    return np.float32(hair * below[:, None] * face * (weight > 0))
 
 
 def without_foreign(albedo: np.ndarray, weight: np.ndarray, head: HeadModel) -> np.ndarray:

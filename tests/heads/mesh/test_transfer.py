@@ -96,4 +96,4 @@ def test_a_larger_turned_head_moves_as_much_more_and_turned(head, skin, numbers,
     for name in ("jawOpen", "mouthSmileLeft", "eyeBlinkRight", "tongueOut"):
         k = EXPRESSION_INDEX[name]
         wanted = 1.3 * head.expression_basis[k] @ turn.T
-        np.testing.assert_allclose(own[k], wanted, atol=0.4)  # as above, times the scale
+        np.testing.assert_allclose(own[k], wanted, atol=0.5)  # as above; slivers, scaled and turned

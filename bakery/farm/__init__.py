@@ -1,0 +1,1 @@
+"""Many bakes on other people's engines: job files that they read, tasks on a dask cluster."""

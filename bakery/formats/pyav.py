@@ -1,0 +1,118 @@
+"""H.264 and AAC by PyAV, an extra: video that every browser, phone and QuickTime plays with sound.
+
+PyAV's wheels hold libx264 and libx265, which stand under the GPL; so it is never a dependency, and
+who installs it decides. Without it videos are what `formats.video` says.
+"""
+
+import importlib.util
+import io
+from collections.abc import Iterable, Iterator
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from bakery.errors import InputError
+
+MISSING = (
+    "MPEG-4 part 2, which players and editors show, and no browser: pip install 'bakery[video]' "
+    "writes H.264"
+)
+# One thread and no look ahead over parts: the same bytes everywhere, parts that join.
+H264 = {"preset": "veryfast", "crf": "16", "bf": "0", "x264-params": "keyint=150:scenecut=0"}
+LARGEST_TERM = 240 * 1001  # of a rate as a fraction; 30000/1001 is one
+SOUND = {".mp4": ("mp4", "aac", "fltp"), ".webm": ("webm", "libopus", "flt")}
+RATE = 48000  # Hz of transcoded sound; Opus has no other
+
+
+def available() -> bool:
+    """Whether PyAV is installed."""
+    return importlib.util.find_spec("av") is not None
+
+
+def encode_h264(pictures: Iterable[np.ndarray], rate: float) -> bytes:
+    """Encode pictures [H, W, 3] uint8 sRGB, sides even, as an MP4 file of one H.264 track.
+
+    High profile, 4:2:0, BT.709 in video range, without B-frames, the first picture a key frame.
+    """
+    import av
+
+    stream, file = None, io.BytesIO()
+    with av.open(file, "w", format="mp4") as out:
+        for picture in pictures:
+            if stream is None:
+                stream = out.add_stream(
+                    "libx264", rate=Fraction(rate).limit_denominator(LARGEST_TERM)
+                )
+                stream.height, stream.width = picture.shape[:2]
+                stream.pix_fmt = "yuv420p"
+                coder = stream.codec_context
+                coder.thread_count, coder.options = 1, H264
+                coder.colorspace = coder.color_primaries = 1  # BT.709
+                coder.color_trc, coder.color_range = 13, 1  # sRGB; 16 to 235
+            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), "rgb24").reformat(
+                format="yuv420p",
+                src_colorspace="ITU709",
+                dst_colorspace="ITU709",
+                src_color_range="JPEG",
+                dst_color_range="MPEG",
+                interpolation="AREA",
+            )
+            out.mux(stream.encode(frame))
+        if stream is not None:
+            out.mux(stream.encode())
+    return file.getvalue()
+
+
+def transcode_sound(path: Path, kind: str, target: Path) -> bool:
+    """Write the first sound track of any clip as AAC (".mp4") or Opus (".webm"), from second 0 on.
+
+    Args:
+        target: file to write, of that kind.
+
+    Returns:
+        Whether there is sound.
+
+    Raises:
+        InputError: the clip cannot be read.
+    """
+    import av
+
+    form, coder, samples = SOUND[kind]
+    try:
+        with av.open(str(path)) as clip, av.open(str(target), "w", format=form) as out:
+            if not clip.streams.audio:
+                return False
+            source = clip.streams.audio[0]
+            layout = "mono" if source.channels == 1 else "stereo"
+            made = out.add_stream(coder, rate=RATE, layout=layout)
+            resampler = av.AudioResampler(format=samples, layout=layout, rate=RATE)
+            for frame in _from_zero(clip.decode(source), resampler, layout, samples):
+                out.mux(made.encode(frame))
+            out.mux(made.encode())
+    except (av.FFmpegError, OSError, ValueError) as error:
+        why = " ".join(str(error).split())[:80]
+        raise InputError(f"{path}: its sound cannot be read ({why}); convert it first") from None
+    return True
+
+
+def _from_zero(frames, resampler, layout: str, samples: str) -> Iterator[object]:
+    """Resampled frames without gaps of time; silence where the sound begins after the pictures."""
+    import av
+
+    first = True
+    for frame in frames:
+        if first and frame.time and frame.time > 0:
+            shape = (1, round(frame.time * RATE) * (2 if layout == "stereo" else 1))
+            if samples.endswith("p"):
+                shape = (2 if layout == "stereo" else 1, round(frame.time * RATE))
+            silence = av.AudioFrame.from_ndarray(np.zeros(shape, np.float32), samples, layout)
+            silence.sample_rate, silence.pts = RATE, None
+            yield silence
+        first = False
+        for made in resampler.resample(frame):
+            made.pts = None
+            yield made
+    for made in resampler.resample(None):
+        made.pts = None
+        yield made

@@ -1,0 +1,174 @@
+"""Skin with one even tone, out of skin that is lit unevenly.
+
+Harmonics of the second order leave much of a lamp's light in the albedo: the terminator, the darker
+half, what the neck and the hair's shadow do. Tone and detail are told apart by their width. Detail
+stays. The tone is what is likely for a face, moved by one wide field that both halves share; what the
+photo says beyond is believed while it is small, and less the larger it is, so that nothing has an edge.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from bakery.geometry.color import LUMA
+from bakery.geometry.fill import diffuse, normalized_blur, smoothstep, soft_limit
+
+FINE, WIDE = 1 / 70, 1 / 25  # of the atlas's side: what is finer is detail; the field is as wide
+RIM = 1 / 60  # of the atlas's side: tones of borders off the face are the least sure
+LIGHTER = 2.0  # how much more the lighter half says: by the power of this of their ratio
+# Log of luminance, and of colour beside it, by which tones may differ from the field: where both halves
+# do, or one does, and where the tone is no more believed than at a slant.
+BOTH, ONE, SLANTING = (0.4, 0.12), (0.08, 0.03), (0.03, 0.01)
+# The same of the field against the face's mean, on the face and beside it.
+FACE, BESIDE = (3.0, 2.0), (0.15, 0.05)
+DARKER = 3.5  # log of what a shadow takes away, at most
+LOST = (0.5, 0.9)  # log lost to shadow off the face: detail stays up to it, and none beyond
+EDGE = (0.2, 0.4)  # log of what is lifted, over FINE: a shadow's edge, which is filled in
+TINGED = (0.1, 0.25)  # log of a colour beside luminance: of skin, and of a border that is none
+SHADY = (0.3, 0.6)  # the same of luminance
+UNSEEN = 0.003  # how strongly unseen skin leans to what is likely, against its borders
+
+
+@dataclass(frozen=True, eq=False)
+class Evened:
+    """Skin in one tone."""
+
+    albedo: np.ndarray  # [T, T, 3] linear
+    known: np.ndarray  # [T, T] 0..1, how surely
+    tone: np.ndarray  # [T, T, 3] linear, smooth, of all skin
+    lift: np.ndarray  # [T, T] log of how much lighter it was made
+
+
+def evened(
+    albedo: np.ndarray,
+    known: np.ndarray,
+    even: np.ndarray,
+    sure: np.ndarray,
+    likely: np.ndarray,
+    plain: np.ndarray,
+    face: np.ndarray,
+    on_skin: np.ndarray,
+) -> Evened:
+    """Take the unevenness of its light out of a skin's tone.
+
+    Args:
+        albedo: [T, T, 3] linear; known: [T, T] 0..1.
+        even: [T, T] 0..1, how far its tone is believed; sure: the same, of texels that tell the field.
+        likely: [T, T, 3] linear, smooth, positive.
+        plain: [T, T] 0..1, 0 on brows, beard and lips, which are lifted as the skin beside them.
+        face: [T, T] 0..1, 1 well within the face; on_skin: 1 on the skin's charts.
+    """
+    size = len(albedo)
+    known, even, sure = (np.float32(x) for x in (np.minimum(known, 1), even, sure))
+    beside = known * (plain + 1e-3)
+
+    nearby = smoothstep(0.02, 0.2, cv2.GaussianBlur(beside, (0, 0), FINE * size))
+
+    def log_of(color):
+        # In the middle of a beard: the skin beside it, however far.
+        return diffuse(_log(normalized_blur(color, beside, FINE * size)), nearby)
+
+    low, both = log_of(albedo), np.sqrt(likely * likely[:, ::-1])
+    inner = np.maximum(face, _inside(known, RIM * size))
+    weight = sure * inner * (plain + 1e-3)
+    log = np.log(both) + _field(np.clip(low - log_of(both), -DARKER, DARKER), weight, on_skin)
+    inside = (weight * face + UNSEEN * on_skin)[..., None]
+    mean = (log * inside).sum((0, 1)) / inside.sum()
+    base = np.exp(mean + _held(log - mean, FACE, face, BESIDE))
+    ratio = np.clip(low - log_of(base), -DARKER, DARKER)
+    wanted = _believed(ratio, known, even * inner)
+    lift = wanted - ratio
+    lost = smoothstep(*LOST, lift @ LUMA) * (1 - even) * (1 - face)
+    lost = np.maximum(lost, _edges(lift @ LUMA) * _inside(known, FINE * size))
+    lost = np.maximum(lost, _strange(ratio, known) * plain)
+    anchor = np.maximum(known * (1 - lost) * inner, UNSEEN * on_skin)
+    tone = base * np.exp(diffuse(wanted * (known > 0)[..., None], anchor))
+    return Evened(albedo * np.exp(lift), known * (1 - lost), tone, lift @ LUMA * (known > 0))
+
+
+def alike(albedo: np.ndarray, sure: np.ndarray) -> np.ndarray:
+    """Colours [T, T, 3] linear with the wide tone that both halves share, the lighter saying more.
+
+    Args:
+        albedo: [T, T, 3] linear; sure: [T, T] 0..1.
+    """
+    low = _log(normalized_blur(albedo, sure, FINE * len(albedo)))
+    shared, _ = _shared(low, sure)
+    out: np.ndarray = albedo * np.exp(np.clip(shared - low, -DARKER, DARKER))
+    return out
+
+
+def _field(ratio: np.ndarray, weight: np.ndarray, on_skin: np.ndarray) -> np.ndarray:
+    """A wide log ratio [T, T, 3] that both halves share, continued to all skin."""
+    sigma = WIDE * len(ratio)
+    mass = cv2.GaussianBlur(weight, (0, 0), sigma)
+    wide = cv2.GaussianBlur(ratio * weight[..., None], (0, 0), sigma)
+    wide /= np.maximum(mass, 1e-4)[..., None]
+    shared, mass = _shared(wide, mass)
+    return diffuse(shared, np.clip(np.maximum(mass, UNSEEN * on_skin), 0, 1))
+
+
+def _believed(ratio: np.ndarray, known: np.ndarray, even: np.ndarray) -> np.ndarray:
+    """What of a log ratio [T, T, 3] is believed."""
+    shared, _ = _shared(ratio, known)
+    rest = ratio - shared
+    return _held(shared, BOTH, even) + _held(rest, ONE, even)
+
+
+def _held(
+    ratio: np.ndarray,
+    most: tuple[float, float],
+    share: np.ndarray,
+    least: tuple[float, float] = SLANTING,
+) -> np.ndarray:
+    """A log ratio [T, T, 3], luminance and colour held to `most` where the share [T, T] is 1, to `least` at 0."""
+    gray = (ratio @ LUMA)[..., None]
+    gray_most, tint_most = (
+        (low + (high - low) * share)[..., None] for low, high in zip(least, most)
+    )
+    return soft_limit(gray, gray_most) + soft_limit(ratio - gray, tint_most)
+
+
+def _shared(ratio: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What two halves [T, T, 3] say together, the lighter more, and how surely."""
+    gap = np.clip((ratio - ratio[:, ::-1]) @ LUMA, -DARKER, DARKER)
+    says = weight * np.exp(LIGHTER * gap / 2)
+    total = says + says[:, ::-1]
+    says = (says / np.maximum(total, 1e-9))[..., None]
+    shared = ratio * says + ratio[:, ::-1] * says[:, ::-1]
+    return shared, np.maximum(weight, weight[:, ::-1])
+
+
+def _edges(lift: np.ndarray) -> np.ndarray:
+    """Where [T, T] 0..1 a hard shadow ends: light leaks in there, redder than skin."""
+    slope = np.hypot(*np.gradient(lift))
+    out: np.ndarray = smoothstep(*EDGE, slope * FINE * len(lift))
+    return out
+
+
+def _strange(ratio: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Where [T, T] 0..1 the border of something large that is not known is unlike the skin around."""
+    size = len(known)
+    small = (max(size // 4, 1),) * 2  # the disc is wide, and its cost grows with the square of that
+    firm = np.uint8(cv2.resize(known, small, interpolation=cv2.INTER_AREA) > 0.8)
+    width = int(WIDE * small[0]) | 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
+    closed = cv2.morphologyEx(firm, cv2.MORPH_CLOSE, disc).astype(np.float32)
+    closed = cv2.resize(closed, (size, size), interpolation=cv2.INTER_LINEAR)
+    gray = ratio @ LUMA
+    tint = np.abs(ratio - gray[..., None]).max(2)
+    unlike = np.maximum(smoothstep(*TINGED, tint), smoothstep(*SHADY, np.abs(gray)))
+    out: np.ndarray = unlike * (1 - _inside(closed, 2 * RIM * len(known)))
+    return out
+
+
+def _inside(known: np.ndarray, width: float) -> np.ndarray:
+    """1 well inside what is known [T, T], 0 from its border on."""
+    away = cv2.distanceTransform((known > 0.8).astype(np.uint8), cv2.DIST_L2, 5)
+    return np.float32(smoothstep(0.3 * width, width, away))
+
+
+def _log(color: np.ndarray) -> np.ndarray:
+    out: np.ndarray = np.log(np.maximum(color, 1e-3))
+    return out

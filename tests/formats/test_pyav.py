@@ -1,0 +1,160 @@
+"""Videos by PyAV, where it is installed: what browsers and QuickTime ask for, and sound in time."""
+
+import math
+import wave
+
+import numpy as np
+import pytest
+
+from bakery.errors import InputError
+from bakery.formats import mp4, pyav, video
+
+NOTE = video.Note("Synthetic media", "http://cv.iptc.org/newscodes/digitalsourcetype/x")
+RATE = 25.0
+LATE = 0.03  # seconds: a frame of AAC or Opus is 21 ms or 20 ms
+
+
+@pytest.fixture(scope="module")
+def av():
+    return pytest.importorskip("av")
+
+
+def test_without_it_nothing_changes(monkeypatch):
+    monkeypatch.setattr(pyav, "available", lambda: False)
+    assert video.codec_of(".mp4") == "mp4v" and video.codec_of(".webm") == "VP80"
+    monkeypatch.setattr(pyav, "available", lambda: True)
+    assert video.codec_of(".mp4") == "avc1" and video.codec_of(".webm") == "VP80"
+
+
+def moving(count, first=0):
+    for index in range(first, first + count):
+        picture = np.full((64, 96, 3), 40 + 2 * index, np.uint8)
+        picture[20:40, index : index + 12] = (200, 60, 30)
+        yield picture
+
+
+@pytest.fixture
+def film(av, tmp_path):
+    """A video of three parts; with a sound, if one is given."""
+
+    def make(sound=None, kind=".mp4", start=0.0, lengths=(10, 7, 8)):
+        parts, first = [], 0
+        for number, length in enumerate(lengths):
+            parts.append(tmp_path / f"part{number}")
+            parts[-1].write_bytes(
+                video.encode(moving(length, first), kind, RATE, video.codec_of(kind))
+            )
+            first += length
+        heard = None if sound is None else video.read_sound(sound, kind, tmp_path)
+        made = tmp_path / f"film{kind}"
+        video.join(made, parts, kind, RATE, (96, 64), NOTE, heard, start)
+        return made
+
+    return make
+
+
+def test_parts_become_one_video_that_players_know(av, film):
+    made = film()
+    data = made.read_bytes()
+    assert data.find(b"moov") < data.find(b"mdat")  # it plays while it loads
+    with av.open(str(made)) as clip:
+        stream = clip.streams.video[0]
+        coder = stream.codec_context
+        assert (coder.name, coder.profile, coder.pix_fmt) == ("h264", "High", "yuv420p")
+        assert (coder.colorspace, coder.color_range, coder.has_b_frames) == (1, 1, False)
+        assert stream.average_rate == 25
+        frames = [frame.to_ndarray(format="rgb24") for frame in clip.decode(stream)]
+    assert len(frames) == 25
+    for found, wanted in zip(frames, moving(25)):
+        assert abs(int(found[5, 5, 1]) - int(wanted[5, 5, 1])) <= 2  # in 16..235 a level is 1.16
+
+
+def test_the_same_pictures_give_the_same_bytes(av):
+    assert pyav.encode_h264(moving(5), RATE) == pyav.encode_h264(moving(5), RATE)
+
+
+def test_colours_come_back(av, tmp_path):
+    wanted = [(118, 118, 118), (20, 20, 20), (200, 150, 130), (90, 60, 50), (30, 200, 30)]
+    pictures = [np.tile(np.uint8(color), (64, 64, 1)) for color in wanted]
+    (tmp_path / "a.mp4").write_bytes(pyav.encode_h264(pictures, 30000 / 1001))
+    with av.open(str(tmp_path / "a.mp4")) as clip:
+        assert float(clip.streams.video[0].average_rate) == pytest.approx(30000 / 1001)
+        found = [
+            frame.to_ndarray(format="rgb24", src_colorspace="ITU709", dst_colorspace="ITU709")[
+                30, 30
+            ]
+            for frame in clip.decode(video=0)
+        ]
+    np.testing.assert_allclose(found, wanted, atol=3)  # 8 bits of YUV in video range
+
+
+def tone(path, seconds=3.0, loud_at=2.0, rate=44100):
+    """A WAV that is silent, then a tone of 440 Hz."""
+    times = np.arange(int(seconds * rate)) / rate
+    samples = np.where(times >= loud_at, 12000 * np.sin(2 * math.pi * 440 * times), 0)
+    with wave.open(str(path), "wb") as file:
+        file.setnchannels(1), file.setsampwidth(2), file.setframerate(rate)
+        file.writeframes(samples.astype("<i2").tobytes())
+    return path
+
+
+def heard(av, path):
+    """Samples [n] and their rate, as a player plays them: after what it leaves out."""
+    with av.open(str(path)) as clip:
+        stream = clip.streams.audio[0]
+        rate, found = stream.rate, []
+        for frame in clip.decode(stream):
+            found.append((frame.time, frame.to_ndarray()[0]))
+    out = np.zeros(int((found[-1][0] + 1) * rate))
+    for time, samples in found:
+        at = round(time * rate)
+        if at >= 0:
+            out[at : at + len(samples)] = samples
+    return out, rate
+
+
+@pytest.mark.parametrize("kind", [".mp4", ".webm"])
+@pytest.mark.parametrize("start", [0.0, 1.5])
+def test_any_sound_is_laid_under_it_in_time(av, film, tmp_path, kind, start):
+    made = film(tone(tmp_path / "a.wav"), kind, start, lengths=(25, 25, 25))
+    samples, rate = heard(av, made)
+    loud = np.flatnonzero(np.abs(samples) > 0.1)
+    assert abs(loud[0] / rate - (2.0 - start)) < LATE
+    steady = samples[loud[0] + rate // 10 : loud[0] + rate // 2]
+    crossings = np.count_nonzero(np.diff(np.signbit(steady)))
+    assert crossings / 2 / (len(steady) / rate) == pytest.approx(440, rel=0.02)
+
+
+def test_sound_that_begins_late_stays_late(av, film, tmp_path):
+    """A clip whose sound has its first sample at 0.8 s, as phones write it."""
+    source = tone(tmp_path / "a.wav", seconds=1.0, loud_at=0.0)
+    late = tmp_path / "late.mkv"
+    with av.open(str(source)) as read, av.open(str(late), "w", format="matroska") as out:
+        made = out.add_stream("pcm_s16le", rate=44100, layout="mono")
+        for frame in read.decode(audio=0):
+            frame.pts = frame.pts + round(0.8 * 44100)
+            out.mux(made.encode(frame))
+        out.mux(made.encode())
+    samples, rate = heard(av, film(late, lengths=(25, 25)))
+    assert abs(np.flatnonzero(np.abs(samples) > 0.1)[0] / rate - 0.8) < LATE
+
+
+def test_aac_of_an_mp4_is_carried_over_as_it_is(av, film, tmp_path):
+    source = film(tone(tmp_path / "a.wav"), lengths=(25, 25, 25)).rename(tmp_path / "source.mp4")
+    first = [track for track in mp4.read_tracks(source) if track.kind == "soun"][0]
+    again = film(source, lengths=(25, 25, 25))
+    second = [track for track in mp4.read_tracks(again) if track.kind == "soun"][0]
+    assert not (tmp_path / "sound.mp4").stat().st_mtime > again.stat().st_mtime
+    data, other = source.read_bytes(), again.read_bytes()
+    assert [data[at : at + n] for _, at, n in first.places] == [
+        other[at : at + n] for _, at, n in second.places
+    ]
+
+
+def test_what_has_no_sound_or_is_no_clip(av, film, tmp_path):
+    silent = film().rename(tmp_path / "silent.mp4")
+    assert not [t for t in mp4.read_tracks(film(silent)) if t.kind == "soun"]
+    (tmp_path / "a.txt").write_text("no sound")
+    with pytest.raises(InputError, match="cannot be read") as caught:
+        video.read_sound(tmp_path / "a.txt", ".mp4", tmp_path)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,159 @@
+"""Where hair beside and before the face lies, what holds it, and the look of hair that nobody saw."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from bakery.geometry import camera as cameras
+from bakery.geometry.color import to_linear
+from bakery.geometry.raster import rasterize
+from bakery.geometry.sample import bilinear
+from bakery.heads.file import load_head
+from bakery.stages.hair import chart
+from bakery.stages.hair.atlas import Painter
+from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
+from bakery.stages.hair.directions import flow
+from bakery.stages.hair.mesh import CAP, cap_height
+from bakery.stages.hair.portrait import before_face, look
+from bakery.stages.hair.presence import _hanging, _held
+from bakery.stages.hair.shell import make_shell
+from bakery.stages.segment import BACKGROUND, HAIR, HIDDEN, SKIN, Segmentation
+from bakery.types import EXPRESSIONS, Camera, Fit
+
+SIDE = 400
+COLORS = {SKIN: (0.8, 0.6, 0.5), HAIR: (0.25, 0.15, 0.1), BACKGROUND: (0.55, 0.6, 0.65)}
+
+
+@pytest.fixture(scope="module")
+def head():
+    return load_head()
+
+
+@pytest.fixture(scope="module")
+def curtains(head):
+    """A portrait of hair that hangs beside the face and hides its edges, and its shell."""
+    camera = Camera(
+        1000.0, np.array([200.0, 190.0]), np.zeros(3), np.array([0, 0, -1100.0]), SIDE, SIDE
+    )
+    zero = np.zeros
+    fit = Fit(
+        "makehuman", camera, zero(1), zero(len(EXPRESSIONS)), zero(2), zero((9, 3)), zero(1),
+        zero((468, 3)), zero((478, 2)),
+    )  # fmt: skip
+    points = cameras.to_camera(head.mean, camera)
+    faces = head.faces[head.part_faces("skin")]
+    pixels = cameras.project_camera(points, camera)
+    skin = rasterize(pixels, -points[:, 2], faces, (SIDE, SIDE)).face >= 0
+    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (45, 45))
+    around = cv2.dilate(skin.astype(np.uint8), disk) > 0
+    y, x = np.mgrid[:SIDE, :SIDE] + 0.5
+    free = ((x - 200) / 58) ** 2 + ((y - 215) / 90) ** 2 < 1
+    free |= (np.abs(x - 200) < 50) & (y > 215)
+    labels = np.where(skin, SKIN, BACKGROUND).astype(np.uint8)
+    labels[around & ~free & (y < 285)] = HAIR
+    picture = np.zeros((SIDE, SIDE, 3), np.float32)
+    for label, color in COLORS.items():
+        picture[labels == label] = color
+    segmentation = Segmentation(labels, (labels == SKIN).astype(np.float32))
+    portrait = look(picture, segmentation, fit, head, head.mean)
+    return portrait, make_shell(portrait, head, head.mean)
+
+
+def test_hair_beside_the_face_stands_no_farther_forward_than_it_begins(curtains):
+    """Seen from the front it may be anywhere along the line of sight; farther back it hides no face."""
+    portrait, shell = curtains
+    cells, before = chart.grid(), np.cos(chart.azimuth()) > 0
+    skin = shell.chart.place(cells, shell.chart.skull)
+    hidden = bilinear(portrait.hair, portrait.pixels(skin)[0]) > 0.5
+    there = shell.there > 0.5
+    points = shell.surface(cells, 1.0)
+    found = 0
+    for row in range(DOME + 4, DOME + 14):
+        begins = skin[row, hidden[row] & before, 2]
+        hangs = points[row, there[row] & before, 2]
+        if len(begins) and len(hangs):
+            assert hangs.max() < begins.max() + 12  # mm: 4, and the step between two cells
+            found += 1
+    assert found > 5
+
+
+def test_the_outline_is_still_reached(curtains):
+    """What is kept back still reaches as far to the sides."""
+    portrait, shell = curtains
+    pixels, _ = portrait.pixels(shell.surface(chart.grid(), 1.0))
+    level = portrait.pixels(np.array([0, 0.0, -60]))[0][1]
+    row = (np.abs(pixels[..., 1] - level) < 6) & (shell.there > 0.5)
+    wide = np.ptp(pixels[..., 0][row]) / portrait.scale
+    assert abs(wide - np.ptp(np.flatnonzero(portrait.solid[int(level)])) / portrait.scale) < 10
+
+
+def test_nothing_hangs_before_the_face_from_nothing():
+    turn = chart.azimuth()
+    there = np.zeros((ROWS, COLUMNS))
+    front, side = COLUMNS // 2 + 4, COLUMNS // 2 + 22  # 17 and 84 degrees
+    there[: DOME + 2, [front, side]] = 1
+    there[DOME + 3 : DOME + 6, [front, side]] = 1  # one row is missing
+    there[DOME + 10 : DOME + 16, [front, side]] = 1  # four are
+    out = _hanging(there, turn)
+    assert out[DOME + 3 : DOME + 6, front].all(), "held over one row"
+    assert not out[DOME + 10 :, front].any()
+    np.testing.assert_array_equal(out[:, side], there[:, side])
+    there[:, front - 4 : front + 5] = 1
+    there[DOME + 3 : DOME + 6, front - 1 : front + 2] = 0  # a gap in a sheet of hair
+    np.testing.assert_array_equal(_hanging(there, turn), there)
+
+
+def test_small_holes_are_filled_and_large_ones_are_not():
+    there = np.zeros((ROWS, COLUMNS))
+    there[:60] = 1
+    there[30:33, 10:13] = 0  # 9 cells
+    there[20:30, 40:50] = 0  # as a bald spot or an ear
+    out = _held(there)
+    assert out[30:33, 10:13].all()
+    assert not out[20:30, 40:50].any() and not out[60:].any()
+
+
+def test_what_hides_the_face_is_hair_where_it_hangs_from_it_and_looks_like_it():
+    labels = np.full((120, 200), SKIN, np.uint8)
+    labels[:30] = HAIR
+    regions = labels.copy()
+    picture = np.where((labels == HAIR)[..., None], COLORS[HAIR], COLORS[SKIN]).astype(np.float32)
+    fringe, hand, loose = np.s_[30:60, 10:50], np.s_[30:60, 80:120], np.s_[80:110, 150:190]
+    for where in (fringe, hand, loose):
+        regions[where] = HIDDEN
+    picture[fringe] = picture[loose] = COLORS[HAIR]
+    out = before_face(picture, labels == HAIR, labels, regions, 1.0)
+    assert out[:30].all() and out[fringe].all()
+    assert not out[hand].any() and not out[loose].any()
+    labels[hand] = HAIR  # what the labels call hair is hair in any colour
+    assert before_face(picture, labels == HAIR, labels, regions, 1.0)[hand].all()
+    none = np.zeros_like(labels, bool)
+    assert not before_face(picture, none, regions, regions, 1.0).any()
+
+
+def test_the_cap_lies_close_below_thick_hair():
+    thick = np.array([2.0, 5.0, 20.0, 30.0, 80.0])
+    below = thick * (1 - cap_height(thick))
+    np.testing.assert_allclose(below[2:4], 3.5)
+    assert cap_height(np.array(0.0)) == CAP[0] and cap_height(np.array(1e3)) == CAP[1]
+
+
+def test_unseen_hair_is_lit_from_above(curtains):
+    portrait, shell = curtains
+    painter = Painter(portrait, shell, flow(portrait, shell)[0])
+    back = np.array([[2.0, 4.0], [2.0, 14.0], [2.0, 26.0]])  # crown, ring of gloss, below it
+    light = painter._light(back)
+    assert light[1] > light[2] + 0.1 and np.abs(light).max() < 0.4
+
+
+def test_a_bald_top_that_shines_does_not_tell_the_colour_of_the_back(curtains):
+    portrait, shell = curtains
+    painter = Painter(portrait, shell, flow(portrait, shell)[0])
+    skin, dark = (np.log(to_linear(np.array(COLORS[label]))) for label in (SKIN, HAIR))
+    values = np.concatenate([np.repeat(skin[None], 60, 0), np.repeat(dark[None], 40, 0)])
+    sides = np.arange(100) >= 60
+    np.testing.assert_allclose(painter._middle(values, sides), dark, atol=1e-6)
+    painter.portrait = replace(portrait, skin=np.zeros_like(portrait.skin))
+    np.testing.assert_allclose(painter._middle(values, sides), skin, atol=1e-6)

@@ -1,0 +1,111 @@
+"""Skin in one even tone: light from one side goes, what is the person's own stays."""
+
+import numpy as np
+from numpy.testing import assert_allclose
+
+from bakery.geometry.color import LUMA
+from bakery.stages.texture.evening import alike, evened
+
+SIZE = 256
+TONE = np.array([0.35, 0.22, 0.16], np.float32)
+WHOLE = np.ones((SIZE, SIZE), np.float32)
+PLAIN = np.tile(TONE, (SIZE, SIZE, 1))
+ACROSS = np.linspace(-1, 1, SIZE, dtype=np.float32)[None, :, None]
+
+
+def even_out(albedo, known=WHOLE, even=WHOLE, plain=WHOLE, face=WHOLE):
+    """`evened` of a face of one likely tone."""
+    return evened(albedo.astype(np.float32), known, even, even * known, PLAIN, plain, face, WHOLE)
+
+
+def halves(albedo, margin=16):
+    """Log luminance of the two halves, its median."""
+    log = np.log(albedo @ LUMA)
+    return (np.median(part[:, margin:-margin]) for part in np.split(log, 2, axis=1))
+
+
+def test_skin_of_one_tone_stays():
+    made = even_out(PLAIN)
+    assert_allclose(made.albedo, PLAIN, rtol=1e-3)
+    assert made.known.min() == 1 and np.abs(made.lift).max() < 1e-3
+
+
+def test_the_darker_half_gets_the_tone_of_the_lighter_and_keeps_its_detail():
+    detail = np.exp(np.random.default_rng(0).normal(0, 0.05, (SIZE, SIZE, 1)))
+    # A soft terminator: 2.5 times darker from one side to the other, and redder.
+    light = np.exp(0.46 * np.tanh(3 * ACROSS)) * [1.1, 1, 0.9] ** (-ACROSS)
+    made = even_out(PLAIN * detail * light)
+    dark, lit = halves(made.albedo)
+    assert abs(lit - dark) < 0.2, "0.9 before"
+    assert lit > np.log(TONE @ LUMA) + 0.1, "drawn to the darker half"
+    tint = np.log(made.albedo[..., 0] / made.albedo[..., 2])
+    assert abs(np.median(tint[:, :100]) - np.median(tint[:, 156:])) < 0.1, "0.2 before"
+    left = np.log(made.albedo @ LUMA)
+    assert_allclose(np.diff(left, axis=0).std(), np.diff(np.log(detail), axis=0).std(), rtol=0.1)
+    assert made.known.min() == 1, "a soft terminator has no edge"
+
+
+def test_what_is_darker_ends_no_lighter_than_what_was_lighter():
+    """Lifting what passes a limit, and nothing else, would leave patches that are turned round."""
+    dark = np.linspace(0, 1.5, SIZE, dtype=np.float32)[:, None, None]
+    made = even_out(PLAIN * np.exp(-dark))
+    tone = np.log(made.albedo @ LUMA)[8:-8, 8:-8].mean(1)
+    assert np.diff(tone).max() < 1e-3
+
+
+def test_tones_at_a_slant_are_held_closer():
+    spot = np.exp(-0.5 * (np.hypot(*np.mgrid[-128:128, -128:128]) < 30))[..., None]
+    left = {
+        name: np.log(even_out(PLAIN * spot, even=even).albedo @ LUMA)[128, 128]
+        for name, even in (("square", WHOLE), ("slanting", 0 * WHOLE + 1e-3))
+    }
+    assert left["square"] < left["slanting"] - 0.1
+
+
+def test_a_deep_shadow_off_the_face_is_left_to_be_filled_in():
+    for level, kept in ((0.2, 0), (0.9, 1)):
+        shadow = np.where(np.abs(ACROSS) < 0.3, level, 1)
+        made = even_out(PLAIN * shadow, even=np.float32(np.abs(ACROSS[..., 0]) > 0.4) * WHOLE,
+                        face=np.zeros((SIZE, SIZE), np.float32))  # fmt: skip
+        assert_allclose(made.known[:, 120:136], kept, atol=0.02)
+
+
+def test_the_edge_of_a_hard_shadow_is_left_to_be_filled_in():
+    made = even_out(PLAIN * np.where(ACROSS < 0, 0.2, 1))
+    assert made.known[128, 116:132].min() < 0.1
+    assert made.known[128, [40, 210]].min() > 0.9
+
+
+def test_a_brow_in_shadow_stays_darker_than_the_skin_beside_it():
+    brow = np.ones((SIZE, SIZE, 1))
+    brow[125:129] = 0.5
+    plain = np.float32(brow[..., 0] == 1)
+    shadow = np.where(ACROSS < 0, 0.3, 1)
+    made = even_out(PLAIN * brow * shadow, plain=plain)
+    ratio = (made.albedo / PLAIN)[:, 60].mean(1)
+    assert_allclose(ratio[127] / ratio[[90, 160]].mean(), 0.5, atol=0.05)
+    assert ratio[[90, 160]].min() > 0.8
+
+
+def test_a_border_of_another_colour_is_no_skin():
+    known = WHOLE.copy()
+    known[:, 170:] = 0
+    red = np.where((np.arange(SIZE) > 162)[None, :, None], [1.3, 0.9, 0.9], 1)
+    made = even_out(PLAIN * red, known=known)
+    assert made.known[128, 167:169].max() < 0.6
+    assert made.known[128, 100:140].min() > 0.9
+    tint = np.log(made.tone[..., 0] / made.tone[..., 2])
+    assert abs(tint[128, 220] - np.log(TONE[0] / TONE[2])) < 0.05, "continued all the same"
+
+
+def test_halves_are_made_alike_by_the_lighter():
+    made = alike(PLAIN * np.where(ACROSS < 0, 0.4, 1).astype(np.float32), WHOLE)
+    dark, lit = halves(made)
+    assert abs(dark - lit) < 1e-3
+    assert -0.2 < lit - np.log(TONE @ LUMA) < 0.01
+
+
+def test_the_middle_of_a_wide_dark_beard_stays():
+    beard = np.where(np.hypot(*np.mgrid[-128:128, -128:128]) < 60, 0.2, 1)[..., None]
+    made = even_out(PLAIN * beard, plain=np.float32(beard[..., 0] == 1))
+    assert_allclose((made.albedo / PLAIN)[128, 128], 0.2, rtol=0.1)
