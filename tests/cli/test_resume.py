@@ -10,8 +10,10 @@ from pathlib import Path
 import pytest
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="sends SIGINT to one process")
-SMALL = ["--preset", "small", "--set", "texture.mouths=3", "--set", "texture.views=[0.0]"]
-FEW = ["--expressions", Path(__file__).parents[1] / "few.toml", *SMALL[:2], *SMALL[4:]]
+FEW = [
+    "--expressions", Path(__file__).parents[1] / "few.toml", "--preset", "small",
+    "--set", "texture.views=[0.0]", "--generator", "rendered", "--set", "bundle.formats=[]",
+]  # fmt: skip
 ENOUGH = "key001.npz.key"  # the second of four or six key expressions is finished
 
 
@@ -55,7 +57,6 @@ def test_an_interrupted_bake_goes_on(bakery, portrait, tmp_path):
     photo, marks = portrait
     out, work = tmp_path / "a.avatar", tmp_path / "work"
     command = ["build", photo, "--landmarks", marks, "-o", out, *FEW, "--work", work]
-    command += ["--generator", "rendered", "--set", "bundle.formats=[]"]
     said = interrupted(command, lambda: [work])
     assert "interrupted" in said and "Traceback" not in said and len(said.splitlines()) == 1
     assert not out.exists()
@@ -79,22 +80,26 @@ def test_an_interrupted_bake_goes_on(bakery, portrait, tmp_path):
     assert content(out) == whole
 
 
-def test_the_work_folder_of_its_own_is_found_and_cleared_away(process, bundle, portrait, tmp_path):
+def test_the_work_folder_of_its_own_is_found_and_cleared_away(process, bakery, portrait, tmp_path):
     """Without --work it lies hidden beside the bundle until that is complete.
 
-    Other processes, folder, clock and locale than those of `bundle`: not a byte differs.
+    Other processes, folder, clock and locale than those of a bake in one go: not a byte differs.
     """
     photo, marks = portrait
-    out = tmp_path / "other name.avatar"
-    command = ["build", photo, "--landmarks", marks, "-o", out, *SMALL, "--keep-photo"]
+    folder, whole = tmp_path / "f", tmp_path / "whole.avatar"
+    folder.mkdir()
+    out = folder / "other name.avatar"
+    command = ["build", photo, "--landmarks", marks, *FEW, "--keep-photo", "-o"]
     env = os.environ | {"LC_ALL": "C", "TZ": "Asia/Tokyo", "PYTHONHASHSEED": "1"}
-    interrupted(command, lambda: tmp_path.glob(".bakery-*-work"), env)
-    (hidden,) = tmp_path.iterdir()
+    interrupted([*command, out], lambda: folder.glob(".bakery-*-work"), env)
+    (hidden,) = folder.iterdir()
     before = set(written(hidden))
-    done = process("-v", *command, env=env)
+    done = process("-v", *command, out, env=env)
     assert done.returncode == 0, done.stderr
     assert all(f"{name}: taken from the work folder" in done.stderr for name in before)
-    assert [path.name for path in tmp_path.iterdir()] == [out.name]
-    mine, theirs = content(out), content(bundle)
+    assert [path.name for path in folder.iterdir()] == [out.name]
+    done = bakery(*command, whole)
+    assert done.returncode == 0, done.stderr
+    mine, theirs = content(out), content(whole)
     assert mine.keys() == theirs.keys()
     assert [name for name in mine if mine[name] != theirs[name]] == []

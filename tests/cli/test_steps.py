@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 FEW = Path(__file__).parents[1] / "few.toml"
-QUICK = ["--expressions", FEW, "--set", "texture.views=[0.0]", "--resolution", "512"]
+QUICK = ["--expressions", FEW, "--resolution", "512"]
 PRESET = """
 [segment]
 rounds = 2
@@ -53,16 +53,24 @@ def step_by_step(process, bakery, photo, folder, options, marks=None, *last):
     return out
 
 
-@pytest.mark.parametrize("case", ["default", "fit table, other generator and hair"])
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param("default", marks=pytest.mark.slow),  # 80 s: two whole bakes
+        "fit table, no hair",
+        pytest.param("fit table, other generator", marks=pytest.mark.slow),
+    ],
+)
 def test_the_single_steps_are_the_bake(process, bakery, tmp_path, case):
     """Not a byte differs; the default detector finds the face, as users have it, or a file has it."""
     sample = Path(__file__).parents[2] / "samples" / "emil.jpg"
     options, marks, last = ["--preset", "default", *QUICK], None, []
     if case != "default":
         (tmp_path / "mine.toml").write_text(PRESET)
-        options = ["--preset", tmp_path / "mine.toml", "--resolution", "512"]
-        options += ["--generator", "rendered", "--hair", "none", "--set", "bundle.formats=[]"]
+        options = ["--preset", tmp_path / "mine.toml", "--hair", "none", *QUICK]
         marks, last = sample.with_suffix(".json"), ["--keep-photo"]
+    if case == "fit table, other generator":
+        options += ["--generator", "rendered", "--set", "bundle.formats=[]"]
     whole = tmp_path / "whole.avatar"
     found = ["--landmarks", marks] if marks else []
     done = bakery("build", sample, *found, "-o", whole, *options, *last)
