@@ -14,9 +14,11 @@ from bakery.bake import batch, pipeline
 from bakery.errors import InputError
 from bakery.farm import cluster
 
+dask = pytest.importorskip("dask")
 distributed = pytest.importorskip("distributed")
-QUICK = ["--preset", "small", "--resolution", "512", "--set", "texture.mouths=2",
-         "--set", "texture.views=[0.0]", "--set", "bundle.formats=[]"]  # fmt: skip
+FEW = Path(__file__).parents[1] / "few.toml"
+QUICK = ["--preset", "small", "--resolution", "512", "--generator", "rendered", "--hair", "layer",
+         "--expressions", FEW, "--set", "texture.views=[0.0]", "--set", "bundle.formats=[]"]  # fmt: skip
 
 
 @pytest.fixture
@@ -128,7 +130,7 @@ def test_a_killed_worker_costs_no_portrait(bakery, process, tmp_path):
     assert killed and [row["state"] for row in rows] == ["baked"] * 3
     assert sorted(Path(row["photo"]) for row in rows) == photos
     alone = tmp_path / "alone.avatar"
-    threads = distributed.config.get("distributed.nanny.pre-spawn-environ")
+    threads = dask.config.get("distributed.nanny.pre-spawn-environ")
     environ = os.environ | {name: str(value) for name, value in threads.items()}
     assert process("build", photos[0], "-o", alone, *QUICK, env=environ).returncode == 0
     manifest = "avatar.json"
