@@ -1,5 +1,6 @@
 """The head as binary glTF, and the proxies that a player shows in place of mouth and eyes."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,8 @@ from bakery.export.glb import write_glb, write_proxies
 from bakery.export.hair import Hair, hair_levels
 from bakery.export.lod import proxy_surfaces
 from bakery.export.manifest import describe_levels, levels_of_detail
+from bakery.export.rig import Rig
+from bakery.export.skeleton import BONES, head_joints, head_weights
 from bakery.export.web.files import card_picture, small_layer, small_picture
 from bakery.formats import image
 from bakery.heads.lashes import card_rectangle, card_texels
@@ -28,7 +31,9 @@ class GlbExporter:
         """See exporters.base.Exporter."""
         levels = levels_of_detail(avatar.head, avatar.neutral)
         picture, cards, hair = pictures(avatar, size, len(levels))
-        write_glb(target, levels, EXPRESSIONS, picture, cards, MAKER, hair)
+        shares = partial(head_weights, avatar.head, avatar.neutral)
+        rig = Rig(head_joints(avatar.head, avatar.neutral), BONES, shares)
+        write_glb(target, levels, EXPRESSIONS, picture, cards, MAKER, hair, rig)
         return {"lods": describe_levels(levels, hair.levels if hair else ())}
 
 
