@@ -4,10 +4,8 @@ import numpy as np
 import pygltflib as gltf
 
 METRES = 0.001  # glTF's unit, from millimetres
-STILL = (
-    0.05  # mm; a vertex that a shape moves less is at rest: a quarter of a texel of 1024 on a head
-)
-UNBENT = 0.07  # length; a unit normal that a shape changes less stays as it is: 4 degrees
+STILL = 0.1  # mm; a vertex that a shape moves less is at rest: half a texel of 1024
+UNBENT = 0.1  # length; a unit normal that a shape changes less stays as it is: 6 degrees
 
 
 class Writer:

@@ -29,10 +29,23 @@ COARSE = 0.1  # ratio below which places are magnified; above it chins get bumpy
 ROUNDS = 6  # of simplification at most, each more aggressive than the last
 
 
-def head_surfaces(head, neutral):
-    """The head of one person, neutral [V, 3] mm, as a list of Surfaces with bends."""
-    found = map(with_bends, _surfaces(head, neutral, MATERIALS))
+def head_surfaces(head, neutral, mixes=()):
+    """The head of one person as a list of Surfaces with bends.
+
+    Args:
+        neutral: [V, 3] mm.
+        mixes: [N, E] weights of further shapes, behind the 52.
+    """
+    found = [with_bends(_mixed(piece, mixes)) for piece in _surfaces(head, neutral, MATERIALS)]
     return [_on_own_picture(piece, card_rectangle(head)) for piece in found]
+
+
+def _mixed(surface, mixes):
+    """A surface with mixes [N, E] of its shapes as further ones."""
+    if not len(mixes):
+        return surface
+    further = np.tensordot(np.asarray(mixes, np.float32), surface.shapes, 1)
+    return replace(surface, shapes=np.concatenate([surface.shapes, further]))
 
 
 def proxy_surfaces(head, neutral):
@@ -111,7 +124,7 @@ def coarser(surface, ratios):
     """A surface at falling ratios of its triangles: a list of Surfaces.
 
     The vertices of each level are the first of those of the level before, so that a file need hold
-    what they carry only once. Hence levels but the first stand on vertices of the original, the ones
+    what they carry only once. Hence all stand on vertices of the original, the ones
     nearest to where the simplification would put its own (farther by a third of an edge at most).
 
     Cards are mostly border and stay whole. Borders, the cuts of the atlas among them, stay as they
@@ -119,16 +132,17 @@ def coarser(surface, ratios):
 
     Args:
         surface: Surface.
-        ratios: 0..1, falling, the first 1.
+        ratios: 0..1, falling.
 
     Returns:
         Surfaces; less coarse than asked where the border alone takes more.
     """
-    levels = [surface.faces]
-    for ratio in ratios[1:]:
+    levels, faces = [], surface.faces
+    for ratio in ratios:
         wanted = max(int(len(surface.faces) * ratio), FEWEST.get(surface.name, 0))
-        whole = wanted >= len(levels[-1]) or wanted < 4 or surface.name in CARDS
-        levels.append(levels[-1] if whole else _collapsed(surface, levels[-1], wanted, ratio))
+        if 4 <= wanted < len(faces) and surface.name not in CARDS:
+            faces = _collapsed(surface, faces, wanted, ratio)
+        levels.append(faces)
     depth = np.zeros(len(surface.vertices), int)  # how many levels hold a vertex
     for faces in levels:
         depth[np.unique(faces)] += 1

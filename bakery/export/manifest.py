@@ -26,15 +26,17 @@ ALBEDO = {
 IPTC = "http://cv.iptc.org/newscodes/digitalsourcetype/"
 
 
-def levels_of_detail(head, neutral):
+def levels_of_detail(head, neutral, mixes=(), ratios=RATIOS):
     """The head at each ratio of its triangles: a list of Surfaces a level, finest first.
+
+    The first arguments are those of `head_surfaces`, `ratios` that of `coarser`.
 
     Seen from so far that the coarsest level will do, lashes are gone.
     """
-    found = [coarser(piece, RATIOS) for piece in head_surfaces(head, neutral)]
+    found = [coarser(piece, ratios) for piece in head_surfaces(head, neutral, mixes)]
     return [
         [piece for piece in level if ratio >= COARSE or piece.name not in CARDS]
-        for ratio, level in zip(RATIOS, zip(*found))
+        for ratio, level in zip(ratios, zip(*found))
     ]
 
 

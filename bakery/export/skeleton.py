@@ -93,9 +93,11 @@ def jaw_hinge(head: HeadModel, neutral: np.ndarray) -> tuple[np.ndarray, float]:
     """Where the jaw turns, and how far jawOpen turns it: [3] mm; radians about +x.
 
     The rigid motion in the plane of symmetry that is nearest to what jawOpen does to the lower teeth
-    and what else is fast to the jaw; a head without such has the hinge below its ears.
+    (or what else is fast to the jaw); a head without such has the hinge below its ears.
     """
-    fast = head.follow == FOLLOW.index("jaw")
+    fast = head.part_vertices("teeth_lower")
+    if not len(fast):
+        fast = np.flatnonzero(head.follow == FOLLOW.index("jaw"))
     before = np.asarray(neutral, np.float64)[fast][:, 1:]
     after = before + head.expression_basis[EXPRESSION_INDEX["jawOpen"]][fast][:, 1:]
     ears, _ = _marks(head, neutral)
