@@ -11,6 +11,7 @@ from bakery.export.glb import write_glb, write_proxies
 from bakery.export.hair import Hair, hair_levels
 from bakery.export.lod import RATIOS, proxy_surfaces
 from bakery.export.manifest import describe_levels, levels_of_detail
+from bakery.export.mouth import mouth_light
 from bakery.export.rig import Rig
 from bakery.export.skeleton import BONES, head_joints, head_weights
 from bakery.export.web.files import card_picture, small_layer, small_picture
@@ -63,7 +64,8 @@ def pictures(avatar: Avatar, size: int, levels: int) -> tuple[bytes, bytes | Non
         levels: how many levels of detail the hair is for.
     """
     head, textures = avatar.head, avatar.textures
-    atlas = small_picture(lay_hair(textures.neutral, textures.hair), size)
+    lit = textures.neutral * mouth_light(head, avatar.neutral, len(textures.neutral))
+    atlas = small_picture(lay_hair(lit, textures.hair), size)
     cards = None
     if card_rectangle(head) is not None:
         sheet = textures.hair[card_texels(head, len(textures.hair))]
