@@ -10,11 +10,11 @@ import numpy as np
 import pygltflib as gltf
 
 from bakery.check import check_array
+from bakery.export.glb_data import METRES, STILL, UNBENT, Writer
 from bakery.formats.files import write_bytes
 
-METRES = 0.001  # glTF's unit, from millimetres
-STILL = 0.005  # mm; a vertex that moves less is at rest
-HEAD_NODE, HAIR_NODE = "head_lod", "hair_lod"  # with the number of the level
+HEAD_NODE, EYES_NODE, HAIR_NODE = "head_LOD", "eyes_LOD", "hair_LOD"  # with the level's number
+EYES = "eyes"  # material that has a node of its own: bones turn eyes while shapes move the lids
 CLEAR = ("lashes", "tear")  # materials that are seen through, from both sides
 HAIR = {"hair_cap": gltf.OPAQUE, "hair_cards": gltf.MASK, "hair_fringe": gltf.BLEND}  # alphaMode
 CUT = 0.4  # alpha below which cards of hair are clear, in programs that do not sort them
@@ -31,6 +31,7 @@ class Surface:
     uv: np.ndarray  # [V, 2] 0..1, origin top left
     faces: np.ndarray  # [F, 3] int
     shapes: np.ndarray  # [E, V, 3] mm, displacement at weight 1
+    bends: np.ndarray | None = None  # [E, V, 3] what each shape at weight 1 adds to the normals
 
     def __post_init__(self):
         count = len(self.vertices)
@@ -39,35 +40,50 @@ class Surface:
         check_array("Surface.uv", self.uv, (count, 2), low=0, high=1)
         check_array("Surface.faces", self.faces, (None, 3), low=0, high=count - 1)
         check_array("Surface.shapes", self.shapes, (None, count, 3))
+        if self.bends is not None:
+            check_array("Surface.bends", self.bends, (len(self.shapes), count, 3))
 
 
-def write_glb(path, levels, shape_names, texture, cards, generator, hair=None):
-    """Write a head: one node a level of detail, the finest in the scene; its hair is its child.
+def write_glb(path, levels, shape_names, texture, cards, generator, hair=None, rig=None):
+    """Write a head: nodes of the finest level of detail in the scene, head, eyes and hair.
+
+    The other levels are named by MSFT_lod. What they have in common with the finest stands once.
 
     Args:
         path: where to.
-        levels: a list of Surfaces a level of detail, finest first.
+        levels: a list of Surfaces a level of detail, finest first, as lod.coarser makes them.
         shape_names: [E] names of the morph targets.
         texture: bytes of a JPEG or PNG, the atlas.
         cards: bytes of a PNG with alpha, the picture of the CLEAR materials, or None without them.
         generator: name and version of the program.
         hair: export.hair.Hair, or None without volume.
+        rig: export.rig.Rig that carries all of it, or None without bones.
     """
     made = Writer()
     document = begin(made, generator, texture, cards, hair)
-    document.extensionsUsed.append("MSFT_lod")
     locks = [[]] * len(levels) if hair is None else hair.levels
     names = list(dict.fromkeys(piece.name for level in [*levels, *locks] for piece in level))
     document.materials = [material(name, len(document.textures) - 1) for name in names]
-    for number, level in enumerate(levels):
-        add_mesh(document, made, f"{HEAD_NODE}{number}", level, names, shape_names)
-    for number, pieces in enumerate(locks):
-        if pieces:
-            document.nodes[number].children = [len(document.nodes)]
-            add_mesh(document, made, f"{HAIR_NODE}{number}", pieces, names, [])
-    if len(levels) > 1:
-        document.nodes[0].extensions = {"MSFT_lod": {"ids": list(range(1, len(levels)))}}
-    document.scenes = [gltf.Scene(name="head", nodes=[0])]
+    roots = [] if rig is None else [rig.add(document, made)]
+    carried = None if rig is None else rig.weights
+    for node, kinds, shapes in (
+        (HEAD_NODE, [[piece for piece in level if piece.name != EYES] for level in levels], shape_names),
+        (EYES_NODE, [[piece for piece in level if piece.name == EYES] for level in levels], shape_names),
+        (HAIR_NODE, locks, []),
+    ):  # fmt: skip
+        first, finest = len(document.nodes), {}
+        for number, pieces in enumerate(kinds):
+            if pieces:
+                name = f"{node}{number}"
+                add_mesh(document, made, name, pieces, names, shapes, carried, finest)
+        if len(document.nodes) > first:
+            roots.append(first)
+        if len(document.nodes) > first + 1:
+            others = list(range(first + 1, len(document.nodes)))
+            document.nodes[first].extensions = {"MSFT_lod": {"ids": others}}
+    if any(node.extensions for node in document.nodes):
+        document.extensionsUsed.append("MSFT_lod")
+    document.scenes = [gltf.Scene(name="avatar", nodes=roots)]  # no bone's name: three.js renames
     write_document(path, document, made)
 
 
@@ -179,129 +195,77 @@ def hair_material(name, picture):
     return material
 
 
-def add_mesh(document, made, name, surfaces, materials, shape_names):
+def add_mesh(document, made, name, surfaces, materials, shape_names, carried=None, finest=None):
+    """Add a node with a mesh of Surfaces.
+
+    Args:
+        document, made: what is added to.
+        name: of the node and the mesh.
+        materials: names of the document's materials.
+        shape_names: [E] names of the morph targets.
+        carried: a function that says which joints of skin 0 carry a Surface, each [V, 4] (Rig.weights),
+            or None without bones.
+        finest: material -> (Surface, its primitive) of a finer level, from which is taken what is
+            the same; those that are not in it are added.
+    """
+    finest = {} if finest is None else finest
     shapes = {"weights": [0.0] * len(shape_names), "extras": {"targetNames": list(shape_names)}}
-    document.meshes.append(
-        gltf.Mesh(
-            name=name,
-            primitives=[primitive(made, piece, materials) for piece in surfaces],
-            **(shapes if shape_names else {}),
-        )
-    )
-    document.nodes.append(gltf.Node(name=name, mesh=len(document.meshes) - 1))
+    primitives = []
+    for piece in surfaces:
+        finer = finest.get(piece.name)
+        if finer and np.array_equal(piece.vertices, finer[0].vertices[: len(piece.vertices)]):
+            primitives.append(_coarser_primitive(made, piece, finer[1]))
+            continue
+        primitives.append(primitive(made, piece, materials))
+        if carried is not None:
+            attributes = primitives[-1].attributes
+            joints, weights = carried(piece)
+            attributes.JOINTS_0, attributes.WEIGHTS_0 = made.vectors(joints), made.vectors(weights)
+        finest[piece.name] = piece, primitives[-1]
+    mesh = gltf.Mesh(name=name, primitives=primitives, **(shapes if shape_names else {}))
+    document.meshes.append(mesh)
+    skin = None if carried is None else 0
+    document.nodes.append(gltf.Node(name=name, mesh=len(document.meshes) - 1, skin=skin))
 
 
 def primitive(made, piece, materials):
     """A glTF primitive of a Surface, its data added to a Writer."""
     return gltf.Primitive(
         attributes=gltf.Attributes(
-            POSITION=made.accessor(piece.vertices * METRES, gltf.ARRAY_BUFFER, limits=True),
-            NORMAL=made.accessor(_unit(piece.normals), gltf.ARRAY_BUFFER),
-            TEXCOORD_0=made.accessor(piece.uv, gltf.ARRAY_BUFFER),
+            POSITION=made.vectors(piece.vertices * METRES, limits=True),
+            NORMAL=made.vectors(_unit(piece.normals)),
+            TEXCOORD_0=made.vectors(piece.uv),
         ),
         indices=made.indices(piece.faces),
         material=materials.index(piece.name),
         mode=gltf.TRIANGLES,
-        targets=[{"POSITION": made.displacement(shape)} for shape in piece.shapes],
+        targets=[_target(made, piece, number) for number in range(len(piece.shapes))],
+    )
+
+
+def _target(made, piece, number):
+    shape = made.differences(piece.shapes[number] * METRES, STILL * METRES, limits=True)
+    if piece.bends is None:
+        return {"POSITION": shape}
+    return {"POSITION": shape, "NORMAL": made.differences(piece.bends[number], UNBENT)}
+
+
+def _coarser_primitive(made, piece, finer):
+    """A primitive of the first vertices of another one, between faces of its own."""
+    count, known = len(piece.vertices), vars(finer.attributes)
+    first = {name: made.first(index, count) for name, index in known.items() if index is not None}
+    return gltf.Primitive(
+        attributes=gltf.Attributes(**first),
+        indices=made.indices(piece.faces),
+        material=finer.material,
+        mode=gltf.TRIANGLES,
+        targets=[
+            {name: made.first(index, count) for name, index in target.items()}
+            for target in finer.targets
+        ],
     )
 
 
 def _unit(normals):
     normals = np.asarray(normals, np.float64)
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-
-
-class Writer:
-    """Collects bytes, views and accessors."""
-
-    def __init__(self):
-        self.data = bytearray()
-        self.views = []
-        self.accessors = []
-        self.resting = []  # accessors of shapes that move nothing
-
-    def finish(self):
-        """Give all shapes that move nothing one view of zeros.
-
-        glTF takes accessors without a view for zeros; assimp, VTK, Bevy, glTFast and UnityGLTF
-        refuse the file.
-        """
-        if self.resting:
-            most = max(accessor.count for accessor in self.resting)
-            zeros = self.view(bytes(12 * most), gltf.ARRAY_BUFFER)
-            self.views[zeros].byteStride = 12  # which a view of several accessors must state
-            for accessor in self.resting:
-                accessor.bufferView, accessor.byteOffset = zeros, 0
-
-    def view(self, content, target=None):
-        """Append bytes, aligned to four; returns the view's index."""
-        self.data.extend(bytes(-len(self.data) % 4))
-        self.views.append(
-            gltf.BufferView(
-                buffer=0, byteOffset=len(self.data), byteLength=len(content), target=target
-            )
-        )
-        self.data.extend(content)
-        return len(self.views) - 1
-
-    def accessor(self, array, target, limits=False):
-        """Append float vectors [N, 2 or 3]; returns the accessor's index."""
-        array = np.ascontiguousarray(array, np.float32)
-        self.accessors.append(
-            gltf.Accessor(
-                bufferView=self.view(array.tobytes(), target),
-                componentType=gltf.FLOAT,
-                count=len(array),
-                type=f"VEC{array.shape[1]}",
-                **(_limits(array) if limits else {}),
-            )
-        )
-        return len(self.accessors) - 1
-
-    def indices(self, faces):
-        """Append triangles; returns the accessor's index."""
-        short = faces.max() < 65535
-        flat = np.ascontiguousarray(faces, np.uint16 if short else np.uint32).ravel()
-        self.accessors.append(
-            gltf.Accessor(
-                bufferView=self.view(flat.tobytes(), gltf.ELEMENT_ARRAY_BUFFER),
-                componentType=gltf.UNSIGNED_SHORT if short else gltf.UNSIGNED_INT,
-                count=len(flat),
-                type=gltf.SCALAR,
-            )
-        )
-        return len(self.accessors) - 1
-
-    def displacement(self, shape):
-        """Append a morph target [V, 3] mm: sparse, or plain where most vertices move."""
-        moving = np.flatnonzero(np.linalg.norm(shape, axis=1) > STILL)
-        values = np.where(np.isin(np.arange(len(shape)), moving)[:, None], shape * METRES, 0)
-        values = values.astype(np.float32)
-        wide = len(shape) > 65535
-        if len(moving) * (16 if wide else 14) > 12 * len(shape):
-            return self.accessor(values, gltf.ARRAY_BUFFER, limits=True)
-        accessor = gltf.Accessor(
-            byteOffset=None,  # none without a view
-            componentType=gltf.FLOAT,
-            count=len(shape),
-            type=gltf.VEC3,
-            **_limits(values),
-        )
-        if not len(moving):
-            self.resting.append(accessor)
-        else:
-            index = moving.astype(np.uint32 if wide else np.uint16)
-            accessor.sparse = gltf.Sparse(
-                count=len(moving),
-                indices=gltf.AccessorSparseIndices(
-                    bufferView=self.view(index.tobytes()),
-                    componentType=gltf.UNSIGNED_INT if wide else gltf.UNSIGNED_SHORT,
-                ),
-                values=gltf.AccessorSparseValues(bufferView=self.view(values[moving].tobytes())),
-            )
-        self.accessors.append(accessor)
-        return len(self.accessors) - 1
-
-
-def _limits(array):
-    return {"min": array.min(0).tolist(), "max": array.max(0).tolist()}

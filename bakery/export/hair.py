@@ -8,6 +8,7 @@ import pygltflib as gltf
 
 from bakery.export import glb
 from bakery.export.glb import Surface
+from bakery.export.glb_data import Writer
 from bakery.export.web.files import straight_alpha
 from bakery.formats import image
 from bakery.runtime.hair_cards import soft_normals
@@ -61,7 +62,7 @@ def write_hair(path: Path, mesh: HairMesh, generator: str, level: int = 0) -> No
         generator: name and version of the program.
         level: of detail.
     """
-    made = glb.Writer()
+    made = Writer()
     document = gltf.GLTF2(asset=gltf.Asset(version="2.0", generator=generator))
     picture = image.encode_image(straight_alpha(np.asarray(mesh.texture, np.float32)), ".png")
     document.images = [gltf.Image(name="hair", mimeType="image/png", bufferView=made.view(picture))]

@@ -6,7 +6,7 @@ import fast_simplification
 import numpy as np
 
 from bakery.export.glb import Surface
-from bakery.geometry.mesh import closest_barycentric, vertex_normals
+from bakery.geometry.mesh import vertex_normals
 from bakery.heads.base import CARDS, PROXIES, gaze_of
 from bakery.heads.lashes import card_rectangle
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
@@ -29,10 +29,23 @@ COARSE = 0.1  # ratio below which places are magnified; above it chins get bumpy
 ROUNDS = 6  # of simplification at most, each more aggressive than the last
 
 
-def head_surfaces(head, neutral):
-    """The head of one person, neutral [V, 3] mm, as a list of Surfaces."""
-    found = _surfaces(head, neutral, MATERIALS)
+def head_surfaces(head, neutral, mixes=()):
+    """The head of one person as a list of Surfaces with bends.
+
+    Args:
+        neutral: [V, 3] mm.
+        mixes: [N, E] weights of further shapes, behind the 52.
+    """
+    found = [with_bends(_mixed(piece, mixes)) for piece in _surfaces(head, neutral, MATERIALS)]
     return [_on_own_picture(piece, card_rectangle(head)) for piece in found]
+
+
+def _mixed(surface, mixes):
+    """A surface with mixes [N, E] of its shapes as further ones."""
+    if not len(mixes):
+        return surface
+    further = np.tensordot(np.asarray(mixes, np.float32), surface.shapes, 1)
+    return replace(surface, shapes=np.concatenate([surface.shapes, further]))
 
 
 def proxy_surfaces(head, neutral):
@@ -82,31 +95,87 @@ def cut_surface(head, neutral, shapes, name, parts):
     )
 
 
+def with_bends(surface):
+    """A surface with what each shape does to its normals; vertices of one place share a normal.
+
+    Vertices of one place that a shape tears apart, as those of closed lips, share none.
+    """
+    flat = np.concatenate([surface.vertices[None], surface.shapes]).transpose(1, 0, 2)
+    _, first, place = np.unique(
+        np.ascontiguousarray(flat).reshape(len(flat), -1), axis=0,
+        return_index=True, return_inverse=True,
+    )  # fmt: skip
+    place = place.ravel()
+    vertices, faces = surface.vertices[first], place[surface.faces]
+    rest = vertex_normals(vertices, faces)
+    bends = np.zeros_like(surface.shapes)
+    for bend, shape in zip(bends, surface.shapes):
+        if shape.any():
+            bend[:] = (vertex_normals(vertices + shape[first], faces) - rest)[place]
+    return replace(surface, bends=bends)
+
+
 def simplify(surface, ratio):
-    """A surface with about `ratio` of its triangles.
+    """A surface with about `ratio` of its triangles; see `coarser`."""
+    return coarser(surface, (1.0, ratio))[-1]
+
+
+def coarser(surface, ratios):
+    """A surface at falling ratios of its triangles: a list of Surfaces.
+
+    The vertices of each level are the first of those of the level before, so that a file need hold
+    what they carry only once. Hence all stand on vertices of the original, the ones
+    nearest to where the simplification would put its own (farther by a third of an edge at most).
 
     Cards are mostly border and stay whole. Borders, the cuts of the atlas among them, stay as they
     are, so that no gap opens; those of LOOSE parts may go. Eyes and mouth keep more than their share.
-    Shapes, uv and normals are read from the original surface, at the nearest point among the faces
-    that a new vertex stands for: never across a cut.
 
     Args:
         surface: Surface.
-        ratio: 0..1.
+        ratios: 0..1, falling.
 
     Returns:
-        Surface; less coarse than asked where the border alone takes more.
+        Surfaces; less coarse than asked where the border alone takes more.
     """
-    wanted = max(int(len(surface.faces) * ratio), FEWEST.get(surface.name, 0))
-    if wanted >= len(surface.faces) or wanted < 4 or surface.name in CARDS:
-        return surface
-    places = surface.vertices.astype(np.float64)
-    vertices = _magnified(surface) if ratio < COARSE else places
-    faces = surface.faces.astype(np.int32)
+    levels, faces = [], surface.faces
+    for ratio in ratios:
+        wanted = max(int(len(surface.faces) * ratio), FEWEST.get(surface.name, 0))
+        if 4 <= wanted < len(faces) and surface.name not in CARDS:
+            faces = _collapsed(surface, faces, wanted, ratio)
+        levels.append(faces)
+    depth = np.zeros(len(surface.vertices), int)  # how many levels hold a vertex
+    for faces in levels:
+        depth[np.unique(faces)] += 1
+    order = np.argsort(-depth, kind="stable")
+    place = np.argsort(order)
+    counts = [(depth > number).sum() for number in range(len(levels))]
+    return [_first(surface, order[:count], place[faces]) for count, faces in zip(counts, levels)]
+
+
+def _first(surface, kept, faces):
+    """Some vertices of a surface, between other faces."""
+    bends = None if surface.bends is None else surface.bends[:, kept]
+    return Surface(
+        name=surface.name,
+        vertices=surface.vertices[kept],
+        normals=surface.normals[kept],
+        uv=surface.uv[kept],
+        faces=faces,
+        shapes=surface.shapes[:, kept],
+        bends=bends,
+    )
+
+
+def _collapsed(surface, faces, wanted, ratio):
+    """About `wanted` triangles [F, 3] between vertices that `faces` have."""
+    used, compact = np.unique(faces, return_inverse=True)
+    places = _magnified(surface) if ratio < COARSE else surface.vertices.astype(np.float64)
+    places = np.ascontiguousarray(places[used])
+    compact = np.ascontiguousarray(compact.reshape(-1, 3), np.int32)
     for step in range(ROUNDS):
         _, triangles, collapses = fast_simplification.simplify(
-            vertices,
-            faces,
+            places,
+            compact,
             target_count=wanted,
             agg=5 + 2 * step,
             return_collapses=True,
@@ -115,23 +184,9 @@ def simplify(surface, ratio):
         if len(triangles) <= 1.05 * wanted:
             break
     points, triangles, stands_for = fast_simplification.replay_simplification(
-        vertices, faces, collapses
+        places, compact, collapses
     )
-    face, weights = _nearest(points, stands_for, vertices, faces)
-    corners = faces[face]  # [N, 3]
-
-    def carried(values):
-        return np.einsum("nk,...nkc->...nc", weights, values[..., corners, :])
-
-    # Positions are carried as well: on the surface, and exactly where uv and shapes were read.
-    return Surface(
-        name=surface.name,
-        vertices=carried(places).astype(np.float32),
-        normals=carried(surface.normals.astype(np.float64)),
-        uv=np.clip(carried(surface.uv.astype(np.float64)), 0, 1).astype(np.float32),
-        faces=triangles.astype(np.int64),
-        shapes=carried(surface.shapes.astype(np.float64)).astype(np.float32),
-    )
+    return used[_nearest(points, stands_for, places)[triangles]]
 
 
 def _magnified(surface):
@@ -148,23 +203,13 @@ def _magnified(surface):
     return out
 
 
-def _nearest(points, stands_for, vertices, faces):
-    """The nearest place on the original surface for each new vertex.
+def _nearest(points, stands_for, vertices):
+    """For each new vertex [N, 3] the nearest of the old ones [V, 3] that went into it: [N].
 
     Args:
-        points: [N, 3] new vertices.
         stands_for: [V] which new vertex each old one went into.
-        vertices, faces: the original surface.
-
-    Returns:
-        face [N] and barycentric [N, 3].
     """
-    owner = stands_for[faces]  # [F, 3] the new vertices that a face's corners went into
-    pairs = np.unique(np.stack([owner.ravel(), np.repeat(np.arange(len(faces)), 3)], 1), axis=0)
-    pairs = pairs[(pairs[:, 0] >= 0) & (pairs[:, 0] < len(points))]
-    weights = closest_barycentric(points[pairs[:, 0]], vertices[faces[pairs[:, 1]]])
-    place = np.einsum("nk,nkc->nc", weights, vertices[faces[pairs[:, 1]]])
-    distance = ((place - points[pairs[:, 0]]) ** 2).sum(1)
-    order = np.lexsort([pairs[:, 1], distance, pairs[:, 0]])
-    first = order[np.unique(pairs[order, 0], return_index=True)[1]]
-    return pairs[first, 1], weights[first]
+    old = np.flatnonzero((stands_for >= 0) & (stands_for < len(points)))
+    new = stands_for[old]
+    order = np.lexsort([((vertices[old] - points[new]) ** 2).sum(1), new])
+    return old[order[np.unique(new[order], return_index=True)[1]]]

@@ -7,8 +7,8 @@ import numpy as np
 from bakery import __version__
 from bakery.export import bundle as bundles
 from bakery.export import hair_mesh, layout
-from bakery.export.glb import HAIR_NODE, HEAD_NODE
-from bakery.export.lod import COARSE, RATIOS, head_surfaces, simplify
+from bakery.export.glb import EYES, EYES_NODE, HAIR_NODE, HEAD_NODE
+from bakery.export.lod import COARSE, RATIOS, coarser, head_surfaces
 from bakery.export.schema import VERSION
 from bakery.formats import record
 from bakery.heads.base import CARDS, HeadModel
@@ -26,17 +26,18 @@ ALBEDO = {
 IPTC = "http://cv.iptc.org/newscodes/digitalsourcetype/"
 
 
-def levels_of_detail(head, neutral):
+def levels_of_detail(head, neutral, mixes=(), ratios=RATIOS):
     """The head at each ratio of its triangles: a list of Surfaces a level, finest first.
+
+    The first arguments are those of `head_surfaces`, `ratios` that of `coarser`.
 
     Seen from so far that the coarsest level will do, lashes are gone.
     """
-    surfaces = head_surfaces(head, neutral)
-    levels = []
-    for ratio in RATIOS:
-        shown = [piece for piece in surfaces if ratio >= COARSE or piece.name not in CARDS]
-        levels.append([simplify(piece, ratio) for piece in shown])
-    return levels
+    found = [coarser(piece, ratios) for piece in head_surfaces(head, neutral, mixes)]
+    return [
+        [piece for piece in level if ratio >= COARSE or piece.name not in CARDS]
+        for ratio, level in zip(ratios, zip(*found))
+    ]
 
 
 def describe_levels(levels, hair=()):
@@ -45,7 +46,13 @@ def describe_levels(levels, hair=()):
     Args:
         levels, hair: lists of Surfaces a level.
     """
-    found = [_level(f"{HEAD_NODE}{number}", level) for number, level in enumerate(levels)]
+    found = []
+    for number, pieces in enumerate(levels):
+        eyes = [piece for piece in pieces if piece.name == EYES]
+        others = [piece for piece in pieces if piece.name != EYES]
+        found.append(_level(f"{HEAD_NODE}{number}", others))
+        if eyes:
+            found[-1]["eyes"] = _level(f"{EYES_NODE}{number}", eyes)
     for number, (level, pieces) in enumerate(zip(found, hair)):
         if pieces:
             level["hair"] = _level(f"{HAIR_NODE}{number}", pieces)

@@ -64,14 +64,17 @@ def _document_problems(document, binary, meshes, minor, still):
             if any("targets" in primitive for primitive in mesh["primitives"]):
                 found.append(f"mesh {name[:40]}: has morph targets; hair keeps its shape")
             continue
-        if tuple(mesh["extras"]["targetNames"]) != EXPRESSIONS:
+        names = mesh["extras"]["targetNames"]
+        if tuple(names[: len(EXPRESSIONS)]) != EXPRESSIONS:
             found.append(f"mesh {name[:40]}: its morph targets are not the 52 ARKit names in order")
         for primitive in mesh["primitives"]:
             targets = [target["POSITION"] for target in primitive["targets"]]
             points = _index(primitive["attributes"]["POSITION"], accessors)
             counts = {accessors[_index(target, accessors)]["count"] for target in targets}
-            if len(targets) != len(EXPRESSIONS) or counts != {accessors[points]["count"]}:
-                found.append(f"mesh {name[:40]}: its morph targets are not 52 of its vertices")
+            if len(targets) != len(names) or counts != {accessors[points]["count"]}:
+                found.append(
+                    f"mesh {name[:40]}: its morph targets are not {len(names)} of its vertices"
+                )
     return found
 
 

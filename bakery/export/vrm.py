@@ -6,6 +6,8 @@ them ("Perfect Sync"). What it permits is as little as the format can say: whoev
 avatar has to agree with the person that it shows.
 """
 
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +15,10 @@ import pygltflib as gltf
 
 from bakery.export import glb
 from bakery.export.glb import Surface
+from bakery.export.glb_data import METRES, Writer
 from bakery.export.hair import Hair
-from bakery.export.skeleton import METRES, SKINNED, joint_weights, joints, to_body
+from bakery.export.rig import Rig
+from bakery.export.skeleton import SKINNED, from_body, joint_weights, joints, to_body
 from bakery.formats.targets import expression_weights
 from bakery.heads.base import HeadModel, gaze_of, weights
 from bakery.types import EXPRESSIONS
@@ -57,7 +61,7 @@ def write_vrm(
         generator: name and version of the program.
         source_type: IPTC digital source type, a URL.
     """
-    made = glb.Writer()
+    made = Writer()
     texture, cards, hair = pictures
     document = glb.begin(made, generator, texture, cards, hair)
     locks = [] if hair is None else hair.levels[0]
@@ -69,25 +73,13 @@ def write_vrm(
     )
     bones = joints(head, neutral)
     number = {bone.name: index for index, bone in enumerate(bones)}
-    for bone in bones:
-        above = np.zeros(3) if bone.parent is None else bones[number[bone.parent]].place
-        document.nodes.append(
-            gltf.Node(name=bone.name, translation=(bone.place - above).tolist(), children=[])
-        )
-        if bone.parent is not None:
-            document.nodes[number[bone.parent]].children.append(number[bone.name])
-    document.skins = [
-        gltf.Skin(
-            joints=[number[name] for name in SKINNED],
-            skeleton=number["hips"],
-            inverseBindMatrices=_inverse(made, [bones[number[name]].place for name in SKINNED]),
-        )
-    ]
-    roots = [number["hips"]]
+    rig = Rig(bones, SKINNED, partial(_carried, head, neutral))
+    roots = [rig.add(document, made)]
     for name, pieces, shapes in ((HEAD, surfaces, EXPRESSIONS), (LOCKS, locks, ())):
         if pieces:
             roots.append(len(document.nodes))
-            _add_skinned(document, made, name, pieces, names, shapes, head, neutral)
+            placed = [_placed(piece) for piece in pieces]
+            glb.add_mesh(document, made, name, placed, names, shapes, rig.weights)
     document.scenes = [gltf.Scene(name="avatar", nodes=roots)]
     document.extensionsUsed.append("VRMC_vrm")
     document.extensions["VRMC_vrm"] = {
@@ -103,55 +95,14 @@ def write_vrm(
     glb.write_document(path, document, made)
 
 
-def _add_skinned(document, made, name, pieces, materials, shapes, head, neutral):
-    """A node whose mesh the bones carry; its vertices stand where the body has them."""
-    glb.add_mesh(document, made, name, [_placed(piece) for piece in pieces], materials, shapes)
-    document.nodes[-1].skin = 0
-    for primitive, piece in zip(document.meshes[-1].primitives, pieces):
-        carried = joint_weights(head, neutral, piece.vertices)
-        primitive.attributes.JOINTS_0 = _accessor(
-            made, np.tile(np.uint8([0, 1, 2, 0]), (len(carried), 1)) * _used(carried),
-            gltf.UNSIGNED_BYTE, "VEC4", gltf.ARRAY_BUFFER,
-        )  # fmt: skip
-        primitive.attributes.WEIGHTS_0 = _accessor(
-            made, np.pad(carried, ((0, 0), (0, 1))), gltf.FLOAT, "VEC4", gltf.ARRAY_BUFFER
-        )
-
-
-def _used(carried):
-    """Which of the four joints of a vertex carry it: those that do not are named 0."""
-    return np.pad(carried > 0, ((0, 0), (0, 1))).astype(np.uint8)
+def _carried(head, neutral, piece):
+    """How much the bones of SKINNED carry a Surface in the body's space."""
+    return joint_weights(head, neutral, from_body(piece.vertices * METRES))
 
 
 def _placed(piece):
     """A surface in the body's space, still in millimetres."""
-    return Surface(
-        piece.name,
-        (to_body(piece.vertices) / METRES).astype(np.float32),
-        piece.normals,
-        piece.uv,
-        piece.faces,
-        piece.shapes,
-    )
-
-
-def _inverse(made, places):
-    """Inverse bind matrices of bones that are not turned; glTF stores columns."""
-    matrices = np.tile(np.eye(4, dtype=np.float32), (len(places), 1, 1))
-    matrices[:, 3, :3] = -np.array(places)
-    return _accessor(made, matrices.reshape(-1, 16), gltf.FLOAT, "MAT4")
-
-
-def _accessor(made, array, component, kind, target=None):
-    made.accessors.append(
-        gltf.Accessor(
-            bufferView=made.view(np.ascontiguousarray(array).tobytes(), target),
-            componentType=component,
-            count=len(array),
-            type=kind,
-        )
-    )
-    return len(made.accessors) - 1
+    return replace(piece, vertices=(to_body(piece.vertices) / METRES).astype(np.float32))
 
 
 def _expressions(node):

@@ -1,35 +1,59 @@
 """The head as binary glTF, and the proxies that a player shows in place of mouth and eyes."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from bakery import __version__
 from bakery.export.glb import write_glb, write_proxies
 from bakery.export.hair import Hair, hair_levels
-from bakery.export.lod import proxy_surfaces
+from bakery.export.lod import RATIOS, proxy_surfaces
 from bakery.export.manifest import describe_levels, levels_of_detail
+from bakery.export.mouth import mouth_light
+from bakery.export.rig import Rig
+from bakery.export.skeleton import BONES, head_joints, head_weights
 from bakery.export.web.files import card_picture, small_layer, small_picture
 from bakery.formats import image
+from bakery.formats.targets import OTHERS, other_weights
 from bakery.heads.lashes import card_rectangle, card_texels
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import lay_hair
 from bakery.types import EXPRESSIONS
 
 QUALITY = 95  # of the JPEG inside
+STEPS = np.array([63, 63, 63, 15])  # of colour and alpha of hair: half the bytes of 255, and unseen
 MAKER = f"bakery {__version__}"
 
 
 class GlbExporter:
-    """Four levels of detail, 52 morph targets, one texture. See exporters.base.Exporter."""
+    """Four levels of detail, 52 morph targets, bones, one texture. See exporters.base.Exporter."""
 
     name, sha256, suffix, place = "glb", "", ".glb", "head.glb"
+    others: tuple[str, ...] = ()  # further morph targets, of formats.targets.OTHERS
+    ratios: tuple[float, ...] = RATIOS  # of the triangles, a level of detail
 
     def export(self, avatar: Avatar, target: Path, size: int) -> dict[str, Any]:
         """See exporters.base.Exporter."""
-        levels = levels_of_detail(avatar.head, avatar.neutral)
+        mixes = [other_weights()[list(OTHERS).index(name)] for name in self.others]
+        levels = levels_of_detail(avatar.head, avatar.neutral, mixes, self.ratios)
         picture, cards, hair = pictures(avatar, size, len(levels))
-        write_glb(target, levels, EXPRESSIONS, picture, cards, MAKER, hair)
+        shares = partial(head_weights, avatar.head, avatar.neutral)
+        rig = Rig(head_joints(avatar.head, avatar.neutral), BONES, shares)
+        write_glb(target, levels, EXPRESSIONS + self.others, picture, cards, MAKER, hair, rig)
         return {"lods": describe_levels(levels, hair.levels if hair else ())}
+
+
+class SpeechGlbExporter(GlbExporter):
+    """The same with visemes and what else other programs ask for, as morph targets.
+
+    The finest level has fewer triangles, so that the file stays below 10 MB.
+    """
+
+    name = "glb-speech"
+    ratios = (0.8, 0.4, 0.15, 0.05)
+    others = tuple(OTHERS)
 
 
 def pictures(avatar: Avatar, size: int, levels: int) -> tuple[bytes, bytes | None, Hair | None]:
@@ -40,7 +64,8 @@ def pictures(avatar: Avatar, size: int, levels: int) -> tuple[bytes, bytes | Non
         levels: how many levels of detail the hair is for.
     """
     head, textures = avatar.head, avatar.textures
-    atlas = small_picture(lay_hair(textures.neutral, textures.hair), size)
+    lit = textures.neutral * mouth_light(head, avatar.neutral, len(textures.neutral))
+    atlas = small_picture(lay_hair(lit, textures.hair), size)
     cards = None
     if card_rectangle(head) is not None:
         sheet = textures.hair[card_texels(head, len(textures.hair))]
@@ -49,7 +74,8 @@ def pictures(avatar: Avatar, size: int, levels: int) -> tuple[bytes, bytes | Non
     if textures.hair_mesh is not None:
         sheet = small_layer(textures.hair_mesh.texture, size)
         locks = hair_levels(textures.hair_mesh, levels)
-        hair = Hair(locks, image.encode_image(card_picture(sheet), ".png"))
+        stepped = np.rint(card_picture(sheet) * STEPS) / STEPS
+        hair = Hair(locks, image.encode_image(stepped.astype(np.float32), ".png"))
     return image.encode_image(atlas, ".jpg", QUALITY), cards, hair
 
 

@@ -11,7 +11,9 @@ The rules, which every reader of the project follows (`web/` has them in JavaScr
  3. Timecode, BlendShapeCount and all 52 ARKit names must be there once; TongueOut, which the first
     iPhones did not measure, may be missing (0, reported). HeadYaw, HeadPitch and HeadRoll may be
     missing together (the head stays still), and so may the six of LeftEye and RightEye (gaze then
-    follows from the eyeLook names). Other columns are left out and reported.
+    follows from the eyeLook names). Visemes and what else stands in `targets.OTHERS` may be there
+    too: the shapes that each is mixed of are added, to 1 at most. Other columns are left out and
+    reported.
  4. Timecode is HH:MM:SS:FF.mmm: FF.mmm counts frames, of which a second has 60, or as many as the
     caller says, or as many as its ends prove (`timecode.find_base`; reported). A step back by more
     than 12 hours is midnight. A row whose time is not later than the last one's is left out and
@@ -43,6 +45,7 @@ from bakery.errors import InputError
 from bakery.formats import timecode
 from bakery.formats.files import read_bytes
 from bakery.formats.rows import fields_of, records, separator_of
+from bakery.formats.targets import OTHERS, other_weights
 from bakery.types import EXPRESSIONS
 
 LARGEST = 256 * 2**20  # bytes, unpacked: an hour at 60 frames a second has 180 MB
@@ -239,10 +242,11 @@ def _some(names):
 def _columns(name, header):
     """Place of each known column by its plain name; and notes."""
     known = ["Timecode", "BlendShapeCount", *ORDER, *HEAD, *EYES]
+    taken = {*map(str.lower, known), *map(plain, OTHERS)}
     places, others = {}, []
     for place, field in enumerate(header):
         key = plain(field)
-        if key not in map(str.lower, known):
+        if key not in taken:
             others.append(field or "(no name)")
         elif key in places:
             raise InputError(f"{name}: row 1: column {field} is there twice; remove one")
@@ -325,7 +329,11 @@ def _take(time, values, dropped, columns, notes):
     if "lefteyeyaw" in known:
         angles = np.stack([known[key.lower()] for key in EYES], 1).reshape(-1, 2, 3)
         eyes = fill(-np.degrees(angles[..., :2])).reshape(-1, 2, 2)
-    weights = fill(np.clip(weights, 0, 1)).astype(np.float32)
+    weights = np.clip(weights, 0, 1)
+    for key, mix in zip(map(plain, OTHERS), other_weights()):
+        if key in known:
+            weights += np.clip(known[key], 0, 1)[:, None] * mix
+    weights = fill(np.minimum(weights, 1)).astype(np.float32)
     return Take(time - time[0], weights, head, eyes, float(time[0] % timecode.DAY), tuple(notes))
 
 

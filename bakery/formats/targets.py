@@ -3,6 +3,7 @@
 import json
 import tomllib
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,17 @@ from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 LISTED = "`bakery shapes` lists all"  # ends the message about a name that is not known
 PLAIN = "named"  # of NAMED: its expressions go by their names alone
 NAMED = {"named": PLAIN, "keys": "key", "visemes": "viseme"}  # file -> before the names in it
+
+# Names of other programs -> ours: the visemes of Oculus, and five more of Ready Player Me.
+OTHERS = {
+    **{f"viseme_{name}": f"viseme:{name.upper()}"
+       for name in "sil PP FF TH DD kk CH SS nn RR aa".split()},
+    "viseme_E": "viseme:EE", "viseme_I": "viseme:IH", "viseme_O": "viseme:OH",
+    "viseme_U": "viseme:OU", "mouthOpen": "jawOpen=0.7",
+    "mouthSmile": "mouthSmileLeft,mouthSmileRight", "eyesClosed": "eyeBlinkLeft,eyeBlinkRight",
+    "eyesLookUp": "eyeLookUpLeft,eyeLookUpRight",
+    "eyesLookDown": "eyeLookDownLeft,eyeLookDownRight",
+}  # fmt: skip
 
 
 def weight_rows(tables: Sequence[Mapping[str, float]], where: object) -> np.ndarray:
@@ -93,6 +105,12 @@ def expression_weights(text: str) -> np.ndarray:
             raise UsageProblem(f"{where}: {name} is {strength}; needs a strength of 0 to 1")
         total += np.float32(strength) * weight_rows([known[name]], name)[0]
     return np.minimum(total, 1)
+
+
+@cache
+def other_weights() -> np.ndarray:
+    """What each of OTHERS means in ARKit's shapes: [20, E] float32."""
+    return np.stack([expression_weights(ours) for ours in OTHERS.values()])
 
 
 def read_gaze(path: str | Path) -> np.ndarray:

@@ -237,7 +237,7 @@ def test_a_second_reader_finds_all_morph_targets(bundle):
     from bakery.export.open import open_avatar
 
     avatar = open_avatar(bundle)
-    positions, shapes = read_glb(bundle / "head.glb")["head_lod0"]
+    positions, shapes = read_glb(bundle / "head.glb")["head_LOD0"]
     assert list(shapes) == list(EXPRESSIONS)
     near, rows = cKDTree(avatar.neutral).query(positions * 1000)
     assert np.median(near) < 0.01  # millimetres: glTF has metres

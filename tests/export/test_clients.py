@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from bakery.export.open import open_avatar
+from bakery.export.skeleton import BONES
 from bakery.types import EXPRESSIONS
 
 
@@ -45,7 +46,8 @@ def without_lods(path, glb, out):
     copies a scene with any extension of a node, as its export does (mended in assimp 5.3)."""
     split, join = glb
     document, rest = split(path.read_bytes())
-    document["nodes"][0].pop("extensions")
+    for node in document["nodes"]:
+        node.pop("extensions", None)
     document["extensionsUsed"].remove("MSFT_lod")
     out.write_bytes(join(document, rest))
     return out
@@ -59,6 +61,7 @@ def test_every_accessor_has_bytes(bundle, glb):
             assert "bufferView" in accessor or "sparse" in accessor
         assert len(document["scenes"]) == 1
         resting = [a for a in document["accessors"] if a.get("max") == a.get("min") == [0, 0, 0]]
+        assert len({accessor["count"] for accessor in resting}) == len(resting)  # one each
         views = {accessor["bufferView"] for accessor in resting}
         (shared,) = (document["bufferViews"][view] for view in views)
         assert shared["byteLength"] >= 12 * max(accessor["count"] for accessor in resting)
@@ -74,7 +77,10 @@ def test_the_head_shows_no_proxies(bundle, glb):
     names = {one["name"] for key in ("nodes", "meshes", "materials") for one in head[key]}
     assert not names & carried
     assert {mesh["name"] for mesh in proxies["meshes"]} == carried
-    assert [len(mesh["primitives"]) for mesh in head["meshes"]] == [6, 6, 6, 4]
+    assert [mesh["name"] for mesh in head["meshes"]] == [
+        f"{what}_LOD{level}" for what in ("head", "eyes") for level in range(4)
+    ]
+    assert [len(mesh["primitives"]) for mesh in head["meshes"]] == [5, 5, 5, 3, 1, 1, 1, 1]
     listed = json.loads((bundle / "avatar.json").read_text())["files"]
     assert {one["role"] for one in listed if one["path"] == "proxies.glb"} == {"proxies"}
 
@@ -82,8 +88,10 @@ def test_the_head_shows_no_proxies(bundle, glb):
 def test_assimp_reads_the_head(bundle, box):
     program("assimp")
     said = run("assimp", "info", bundle / "head.glb")
-    triangles = json.loads((bundle / "avatar.json").read_text())["lods"][0]["triangles"]
-    assert int(re.search(r"Faces: +(\d+)", said)[1]) == triangles
+    lod = json.loads((bundle / "avatar.json").read_text())["lods"][0]
+    assert int(re.search(r"Faces: +(\d+)", said)[1]) == lod["triangles"] + lod["eyes"]["triangles"]
+    for bone in BONES:
+        assert re.search(rf"{bone}\W", said), bone
     for word, corner in zip(("Minimum", "Maximum"), box):
         found = np.array(re.search(rf"{word} point +\((.*?)\)", said)[1].split(), float)
         np.testing.assert_allclose(found, corner, atol=2e-6)  # it prints micrometres
@@ -109,9 +117,10 @@ def test_assimp_carries_all_shapes_over(bundle, glb, box, tmp_path):
     assert len(names) == 6 * 52
     run("assimp", "export", source, tmp_path / "a.gltf", "-fgltf2")
     document = json.loads((tmp_path / "a.gltf").read_text())
-    (mesh,) = document["meshes"]
-    assert [len(primitive["targets"]) for primitive in mesh["primitives"]] == [52] * 6
-    places = [document["accessors"][p["attributes"]["POSITION"]] for p in mesh["primitives"]]
+    primitives = [piece for mesh in document["meshes"] for piece in mesh["primitives"]]
+    assert [len(primitive["targets"]) for primitive in primitives] == [52] * 6
+    assert all("JOINTS_0" in primitive["attributes"] for primitive in primitives)
+    places = [document["accessors"][p["attributes"]["POSITION"]] for p in primitives]
     np.testing.assert_allclose(np.min([place["min"] for place in places], 0), box[0], atol=1e-6)
     np.testing.assert_allclose(np.max([place["max"] for place in places], 0), box[1], atol=1e-6)
 

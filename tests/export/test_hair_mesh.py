@@ -149,9 +149,7 @@ def test_levels_of_the_glb_follow_those_of_the_mesh(hairy_bundle, glb):
     assert all(materials[name]["doubleSided"] for name in MATERIALS)
     lods = read_manifest(hairy_bundle)["lods"]
     for number, lod in enumerate(lods):
-        parent = document["nodes"][number]
-        (child,) = parent["children"]
-        assert document["nodes"][child]["name"] == lod["hair"]["node"] == f"hair_lod{number}"
+        assert lod["hair"]["node"] == f"hair_LOD{number}"
         primitives = meshes[lod["hair"]["node"]]["primitives"]
         assert not any("targets" in one for one in primitives)
         corners = [document["accessors"][one["indices"]]["count"] for one in primitives]
@@ -159,7 +157,12 @@ def test_levels_of_the_glb_follow_those_of_the_mesh(hairy_bundle, glb):
         level = min(number, 2)
         shown = (mesh.levels >> level & 1).astype(bool) & ((mesh.kind == 0) | (number < 3))
         assert lod["hair"]["triangles"] == shown.sum()
-    assert document["scenes"] == [{"name": "head", "nodes": [0]}]
+    (scene,) = document["scenes"]
+    roots = [document["nodes"][node] for node in scene["nodes"]]
+    assert [node["name"] for node in roots] == ["root", "head_LOD0", "eyes_LOD0", "hair_LOD0"]
+    for node in roots[1:]:
+        others = [document["nodes"][k]["name"] for k in node["extensions"]["MSFT_lod"]["ids"]]
+        assert others == [node["name"][:-1] + digit for digit in "123"] and node["skin"] == 0
 
 
 def test_surfaces_keep_the_order_from_the_skull_outwards(hairdo, head):
@@ -212,7 +215,7 @@ def test_assimp_reads_the_hair(hairy_bundle):
     run = subprocess.run(
         ["assimp", "info", hairy_bundle / "head.glb"], capture_output=True, text=True, timeout=300
     )
-    assert run.returncode == 0 and "hair_lod0 (mesh" in run.stdout.replace("\u2574", " ")
+    assert run.returncode == 0 and "hair_LOD0 (mesh" in run.stdout.replace("\u2574", " ")
     mesh = open_avatar(hairy_bundle).textures.hair_mesh
     high = np.array(re.search(r"Maximum point +\((.*?)\)", run.stdout)[1].split(), float)
     assert high[1] == pytest.approx(mesh.vertices[:, 1].max() / 1000, abs=2e-6)

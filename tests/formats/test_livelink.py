@@ -292,3 +292,16 @@ def test_real_takes(shared):
     left = take.weights[:, EXPRESSION_INDEX["eyeLookOutLeft"]]
     left = left - take.weights[:, EXPRESSION_INDEX["eyeLookInLeft"]]
     assert np.corrcoef(left, take.eyes[:, 0, 0])[0, 1] > 0.99
+
+
+def test_visemes_are_added_to_the_shapes_that_they_are_mixed_of():
+    columns = [*COLUMNS, "viseme_aa", "mouthSmile"]
+    rows = [
+        row(0, 63, viseme_aa=1.0, mouthSmile=0.0),
+        row(1, 63, viseme_aa=0.5, mouthSmile=2.0, JawOpen=0.9, MouthSmileLeft=0.3),
+    ]
+    take = parse_take("a.csv", text(rows, columns))
+    np.testing.assert_allclose(of(take, "jawOpen"), [0.6, 1.0], atol=1e-6)  # to 1 at most
+    np.testing.assert_allclose(of(take, "mouthLowerDownLeft"), [0.2, 0.1], atol=1e-6)
+    np.testing.assert_allclose(of(take, "mouthSmileLeft"), [0, 1], atol=1e-6)
+    assert take.notes == ()

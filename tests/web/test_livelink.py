@@ -7,6 +7,7 @@ import pytest
 
 from bakery.errors import InputError
 from bakery.formats.livelink import EYES, HEAD, ORDER, parse_take
+from bakery.formats.targets import OTHERS
 from bakery.types import EXPRESSIONS
 
 NAMES = [*ORDER, *HEAD, *EYES]
@@ -70,6 +71,15 @@ def remark(table):
         row.append('"1,5; ""\r\n\r\n"')
 
 
+def speech(table):
+    """A column for each name of other programs, some too large, and one shape that comes to over 1."""
+    rng = np.random.default_rng(7)
+    table[0] += list(OTHERS)
+    for row in table[1:]:
+        row[1] = str(len(NAMES) + len(OTHERS))
+        row += [f"{value:.4f}" for value in rng.uniform(-0.2, 1.2, len(OTHERS))]
+
+
 def backs(table):
     for k, row in enumerate(table[1:]):
         row[2 + NAMES.index("HeadRoll")] = f"{((k * 1.1 + 4) % 6.28) - 3.14:.6f}"
@@ -108,6 +118,7 @@ GOOD = {
     "base 60 at 24": counted(60, 2.5),
     "short": counted(30, 1.0, 20),
     "holes": text(70, change=holes),
+    "speech": text(change=speech),
     "past the back": text(9, change=backs),
     "no tongue": text(names=[name for name in NAMES if name != "TongueOut"]),
     "quotes": as_text(",", '"').replace("\n", "\r\n"),

@@ -41,7 +41,7 @@ def test_whole_head_in_three(bundle, node, tmp_path):
     seen = json.loads(node(__file__.replace("test_three.py", "three.mjs"), bundle / "head.glb",
                            tmp_path / "weights.json", tmp_path))  # fmt: skip
     assert seen["names"] == list(EXPRESSIONS) and seen["scenes"] == 1
-    assert seen["materials"] == ["skin", "eyes", "teeth", "tongue", "tear", "lashes"]
+    assert seen["materials"] == ["skin", "teeth", "tongue", "tear", "lashes", "eyes"]
     avatar = open_avatar(bundle)
     hidden = [PARTS.index(name) for name in PROXIES]
     shown = avatar.head.faces[~np.isin(avatar.head.face_part, hidden)]

@@ -7,7 +7,8 @@ import json
 
 import numpy as np
 
-from bakery.export.glb import CLEAR, METRES, STILL
+from bakery.export.glb import CLEAR
+from bakery.export.glb_data import METRES
 from bakery.formats import meshopt
 from bakery.runtime.hair_cards import CAP, soft_normals
 from bakery.types import HAIR_TRIANGLES
@@ -15,6 +16,7 @@ from bakery.types import HAIR_TRIANGLES
 BYTE, SHORT, UNSIGNED_SHORT, UNSIGNED_INT, FLOAT = 5120, 5122, 5123, 5125, 5126
 ARRAY, ELEMENTS = 34962, 34963
 HAIR = "hair"  # node and mesh
+STILL = 0.005  # mm; a vertex that moves less is at rest
 STEPS = 32767  # of a shape, from rest to the farthest that anything moves
 
 

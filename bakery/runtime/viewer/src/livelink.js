@@ -4,6 +4,7 @@
  */
 
 import { AvatarError } from './data.js';
+import { OTHERS } from './names.js';
 import { fieldsOf, records, separatorOf } from './rows.js';
 
 const BASE = 60; // frames that a second of the time code has unless the rows say otherwise
@@ -95,6 +96,7 @@ const some = (names) => names.slice(0, 6).join(', ') + (names.length > 6 ? ` and
 function findColumns(name, header, expressions) {
   const wanted = ['Timecode', 'BlendShapeCount', ...expressions.map((one) => one[0].toUpperCase() + one.slice(1))];
   const known = new Set([...wanted, ...HEAD, ...EYES].map((column) => column.toLowerCase()));
+  for (const one of Object.keys(OTHERS)) known.add(plain(one));
   const places = new Map();
   const others = [];
   header.forEach((field, place) => {
@@ -207,6 +209,12 @@ function rowValues(name, row, fields, header, places, expressions, outside) {
     }
     return Math.min(Math.max(value, 0), 1);
   });
+  for (const [other, mix] of Object.entries(OTHERS)) {
+    if (!places.has(plain(other))) continue;
+    const strength = Math.min(Math.max(read(plain(other)), 0), 1);
+    for (const [column, share] of Object.entries(mix)) weights[expressions.indexOf(column)] += strength * share;
+  }
+  weights.forEach((value, k) => (weights[k] = Math.min(value, 1)));
   const head = places.has('headyaw') ? HEAD.map(angle).map((value, k) => (k < 2 ? -value : value)) : [0, 0, 0];
   if (!places.has('lefteyeyaw')) return { weights, head, eyes: null };
   const [yawL, pitchL, , yawR, pitchR] = EYES.map(angle);

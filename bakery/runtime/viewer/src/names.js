@@ -1,0 +1,23 @@
+/** Names of other programs, in ARKit's shapes: what `OTHERS` of `bakery/formats/targets.py` comes to (a test compares). */
+export const OTHERS = {
+  viseme_sil: {},
+  viseme_PP: { jawOpen: 0.05, mouthClose: 0.05, mouthPressLeft: 0.4, mouthPressRight: 0.4 },
+  viseme_FF: { jawOpen: 0.1, mouthRollLower: 0.5, mouthUpperUpLeft: 0.3, mouthUpperUpRight: 0.3 },
+  viseme_TH: { jawOpen: 0.2, mouthLowerDownLeft: 0.2, mouthLowerDownRight: 0.2 },
+  viseme_DD: { jawOpen: 0.18, mouthLowerDownLeft: 0.3, mouthLowerDownRight: 0.3, mouthUpperUpLeft: 0.15, mouthUpperUpRight: 0.15 },
+  viseme_kk: { jawOpen: 0.28, mouthStretchLeft: 0.2, mouthStretchRight: 0.2 },
+  viseme_CH: { jawOpen: 0.12, mouthFunnel: 0.6, mouthLowerDownLeft: 0.3, mouthLowerDownRight: 0.3, mouthUpperUpLeft: 0.3, mouthUpperUpRight: 0.3 },
+  viseme_SS: { jawOpen: 0.06, mouthLowerDownLeft: 0.4, mouthLowerDownRight: 0.4, mouthStretchLeft: 0.4, mouthStretchRight: 0.4, mouthUpperUpLeft: 0.2, mouthUpperUpRight: 0.2 },
+  viseme_nn: { jawOpen: 0.15, mouthLowerDownLeft: 0.2, mouthLowerDownRight: 0.2 },
+  viseme_RR: { jawOpen: 0.15, mouthFunnel: 0.3, mouthPucker: 0.3 },
+  viseme_aa: { jawOpen: 0.6, mouthLowerDownLeft: 0.2, mouthLowerDownRight: 0.2 },
+  viseme_E: { jawOpen: 0.25, mouthSmileLeft: 0.12, mouthSmileRight: 0.12, mouthStretchLeft: 0.4, mouthStretchRight: 0.4 },
+  viseme_I: { jawOpen: 0.2, mouthLowerDownLeft: 0.25, mouthLowerDownRight: 0.25, mouthSmileLeft: 0.2, mouthSmileRight: 0.2 },
+  viseme_O: { jawOpen: 0.4, mouthFunnel: 0.5 },
+  viseme_U: { jawOpen: 0.1, mouthFunnel: 0.2, mouthPucker: 0.7 },
+  mouthOpen: { jawOpen: 0.7 },
+  mouthSmile: { mouthSmileLeft: 1, mouthSmileRight: 1 },
+  eyesClosed: { eyeBlinkLeft: 1, eyeBlinkRight: 1 },
+  eyesLookUp: { eyeLookUpLeft: 1, eyeLookUpRight: 1 },
+  eyesLookDown: { eyeLookDownLeft: 1, eyeLookDownRight: 1 },
+};
