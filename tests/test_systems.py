@@ -1,6 +1,7 @@
 """Nothing that only some systems have is needed: Windows and macOS can import and write too."""
 
 import ast
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -89,3 +90,23 @@ def test_no_module_imports_what_a_system_lacks():
             else:
                 continue
             assert not {name.split(".")[0] for name in names} & set(MISSING), path
+
+
+SUM = """
+import bakery.__main__, hashlib
+import numpy as np
+rows = np.random.default_rng(0).normal(size=(9000, 190)).astype(np.float32)
+print(hashlib.sha256((rows.T @ rows).tobytes()).hexdigest())
+"""
+
+
+def test_sums_of_the_command_do_not_depend_on_the_number_of_threads():
+    """The photometric fit makes such a sum; with two threads of OpenBLAS its last bits differed."""
+    made = {
+        subprocess.run(
+            [sys.executable, "-c", SUM], env=os.environ | {"OMP_NUM_THREADS": count},
+            capture_output=True, text=True, check=True,
+        ).stdout
+        for count in ("1", "2", "4")
+    }  # fmt: skip
+    assert len(made) == 1

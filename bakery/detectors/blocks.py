@@ -4,6 +4,9 @@ All are plain residual convolution networks. They are trained with batch normali
 merges it into the convolutions, and what ships is the folded network (`folded=True`).
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import torch
 from torch import nn
 from torch.nn import functional
@@ -12,6 +15,23 @@ from bakery.detectors.frames import POINTS
 
 FINDER_STRIDE = 8
 FINDER_CHANNELS = 6  # score, x and y offset, log size, cosine and sine of the roll
+
+
+@contextmanager
+def inference() -> Iterator[None]:
+    """Run networks for their answers alone, on one thread: the same bytes whatever the machine.
+
+    What a convolution sums up depends in its last bits on how many threads share it (the mouth's
+    network: one, two and four give three answers), and in a process that paints (`PaganGenerator`)
+    torch has one anyway.
+    """
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        with torch.inference_mode():
+            yield
+    finally:
+        torch.set_num_threads(before)
 
 
 class Conv(nn.Module):

@@ -136,6 +136,8 @@ def _look(image, points, crops):
     """
     import torch
 
+    from bakery.detectors.blocks import inference
+
     left, right, mouth = crops
     found = points.copy()
     weights, total = np.zeros(len(points)), np.zeros_like(points)
@@ -143,7 +145,7 @@ def _look(image, points, crops):
         side = closeup.side
         matrices = [matrix_of(frame, side, mirrored) for frame, mirrored in looks]
         pictures = np.stack([take(image, matrix, side) for matrix in matrices])
-        with torch.inference_mode():
+        with inference():
             batch = torch.from_numpy(pictures).permute(0, 3, 1, 2).float().div_(255)
             places, log_errors = (part.numpy() for part in closeup.network(batch))
         for rows, matrix, place, log_error, (frame, _) in zip(

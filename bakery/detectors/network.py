@@ -152,7 +152,9 @@ class NetworkDetector:
         """Pictures [n, H, W, 3] uint8 through a network; a tuple of float32 arrays."""
         import torch
 
-        with torch.inference_mode():
+        from bakery.detectors.blocks import inference
+
+        with inference():
             batch = torch.from_numpy(np.ascontiguousarray(images)).permute(0, 3, 1, 2)
             out = network(batch.float().mul_(1 / 255))
         return tuple(part.numpy() for part in (out if isinstance(out, tuple) else (out,)))

@@ -13,7 +13,7 @@ from torch.nn import functional
 
 from bakery import landmarks as marks
 from bakery.detectors import portrait
-from bakery.detectors.blocks import Conv, Residual, stage
+from bakery.detectors.blocks import Conv, Residual, inference, stage
 from bakery.errors import ModelError
 
 # Polygons of the points that the network is shown, a channel each.
@@ -150,7 +150,7 @@ def segment(network: SegmentNet, image: np.ndarray, points: np.ndarray):
     """
     matrix = portrait.crop_matrix(points)
     crop, placed = take(image, matrix), points[:, :2] @ matrix[:, :2].T + matrix[:, 2]
-    with torch.inference_mode():
+    with inference():
         picture = torch.from_numpy(crop).permute(2, 0, 1)[None].float() / 255
         shown = outlines(torch.from_numpy(np.ascontiguousarray(placed, np.float32))[None])
         stack = torch.cat([picture, shown], 1).contiguous(memory_format=torch.channels_last)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
 from bakery import landmarks as marks
 from bakery.detectors import closeups, frames
@@ -35,6 +36,19 @@ def test_a_sure_look_at_the_whole_face_counts_more():
     unsure, _ = closeups.look_closer(picture, wrong, errors_of(points, 1.0), looks=1)
     near = [np.linalg.norm(found - points, axis=1)[marks.LIPS].mean() for found in (sure, unsure)]
     assert near[1] < 0.5 * near[0]
+
+
+def test_answers_do_not_depend_on_the_number_of_threads():
+    """Shared by two threads, a layer of the mouth's network sums up in another order."""
+    picture, points = sample("anna")
+    before = torch.get_num_threads()
+    answers = []
+    for count in (1, 2, 4):
+        torch.set_num_threads(count)
+        answers.append(closeups.look_closer(picture, points, errors_of(points, 0.05))[0].tobytes())
+        assert torch.get_num_threads() == count
+    torch.set_num_threads(before)
+    assert len(set(answers)) == 1
 
 
 def test_right_eyes_are_seen_in_the_mirror():

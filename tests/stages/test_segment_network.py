@@ -15,7 +15,15 @@ from bakery.errors import ModelError, UsageProblem
 from bakery.evaluate import segmenting
 from bakery.heads.file import load_head
 from bakery.stages import segment as segments
-from bakery.stages.segment import LABELS, Segmentation, SegmentOptions, network, segment
+from bakery.stages.segment import (
+    LABELS,
+    Segmentation,
+    SegmentOptions,
+    classes,
+    kernels,
+    network,
+    segment,
+)
 from bakery.synth.portraits import PortraitOptions, random_portraits
 from bakery.train.backgrounds import procedural_background
 
@@ -123,6 +131,35 @@ def test_every_class_has_a_label_and_a_region():
     )
 
 
+def test_pixels_are_settled_as_plain_numpy_settles_them():
+    rng = np.random.default_rng(0)
+    model, part = (rng.normal(0.3, 0.4, (40, 30, n)).astype(np.float32) for n in (4, 3))
+    planes = rng.integers(0, 256, (40, 30, 4)).astype(np.uint8)
+    regions, skin = np.empty((40, 30), np.uint8), np.empty((40, 30), np.float32)
+    kernels.settle(model, part, planes, regions, skin)
+    refined = model[..., 3] + sum(model[..., k] * part[..., k] for k in range(3))
+    rim, face, hair, clothes = np.moveaxis(planes, -1, 0)
+    wanted = np.where(hair > clothes, np.uint8(classes.HAIR), np.uint8(classes.CLOTHES))
+    wanted[np.maximum(hair, clothes) < 85] = classes.BACKGROUND
+    wanted[(refined > 0.5) | (face > 127)] = classes.SKIN
+    np.testing.assert_array_equal(regions, wanted)
+    byte = np.float32(1 / 255)
+    soft = np.maximum(np.clip((refined - 0.55) / 0.3, 0, 1), face * byte) * rim * byte
+    np.testing.assert_array_equal(skin, soft)
+
+
+def test_labels_are_named_in_their_regions_the_last_one_stays():
+    rng = np.random.default_rng(1)
+    planes = rng.integers(0, 256, (40, 30, 3)).astype(np.uint8)
+    regions = rng.integers(0, 9, (40, 30)).astype(np.uint8)
+    fits, told = rng.random((3, 9)) < 0.5, np.uint8([9, 12, 0])
+    labels, wanted = regions.copy(), regions.copy()
+    kernels.name(planes, told, fits, regions, labels)
+    for k, label in enumerate(told):
+        wanted[(planes[..., k] > 127) & fits[k][regions]] = label
+    np.testing.assert_array_equal(labels, wanted)
+
+
 def test_bits_of_things_are_not_believed():
     """A small or doubtful thing goes to what is next likely; a large sure one stays."""
     points = np.tile([200.0, 190.0], (478, 1))
@@ -134,7 +171,8 @@ def test_bits_of_things_are_not_believed():
         shares[portrait.SKIN] = 1
         place = (slice(180, 180 + size), slice(180, 180 + size))
         shares[portrait.THING][place], shares[portrait.SKIN][place] = sureness, 1 - sureness
-        top = network._plausible(shares, small, points, radius).argmax(0)
+        network._settle_classes(shares, small, points, radius)
+        top = shares.argmax(0)
         assert (top == portrait.THING).any() == kept, (size, sureness)
         assert np.isin(top, (portrait.SKIN, portrait.THING)).all()
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from bakery import landmarks
 from bakery.check import check_array
-from bakery.stages.segment import colours, network, prior
+from bakery.stages.segment import colours, kernels, network, prior
 from bakery.stages.segment.classes import (
     BACKGROUND,
     BEARD,
@@ -35,7 +35,7 @@ from bakery.stages.segment.classes import (
     Segmentation,
     SegmentOptions,
 )
-from bakery.stages.segment.enlarge import Window, enlarge, on_photo
+from bakery.stages.segment.enlarge import Window, enlarge, in_bytes
 from bakery.stages.segment.frame import apply, frame_box, warp_down
 
 __all__ = [
@@ -95,6 +95,8 @@ def on_whole(
     regions, skin = enlarge(window, found, options)
 
     def whole(plane):
+        if plane.shape == tuple(shape):
+            return plane
         out = np.zeros(shape, plane.dtype)
         out[box] = plane
         return out
@@ -102,7 +104,7 @@ def on_whole(
     labels = _named(window, regions, found.labels)
     shadow = None
     if found.shadow is not None:  # the network learned it on skin alone
-        shadow = whole(np.where(regions == SKIN, window.back(found.shadow)[0], np.float32(0)))
+        shadow = whole(np.where(regions == SKIN, window.back(found.shadow), np.float32(0)))
     return Segmentation(whole(labels), whole(skin), whole(regions), shadow)
 
 
@@ -132,9 +134,13 @@ def _named(window, regions, fine):
     labels = regions.copy()
     told = [BACKGROUND, *range(len(REGIONS), len(LABELS))]
     there = [label for label in np.unique(fine).tolist() if label in told]
-    for label, where in zip(there, on_photo(window, *(fine == label for label in there))):
-        fits = np.isin(regions, WITHIN.get(label, (REGION_OF[label],)))
-        labels[where & fits] = label
+    for four in (there[i : i + 4] for i in range(0, len(there), 4)):
+        planes = window.back(*(in_bytes(fine == label) for label in four))
+        fits = [
+            np.isin(range(len(REGIONS)), WITHIN.get(label, (REGION_OF[label],))) for label in four
+        ]
+        planes = planes.reshape(*regions.shape, len(four))
+        kernels.name(planes, np.uint8(four), np.array(fits), regions, labels)
     # What is left out with a margin, or lies before the face, is called what it is.
     covered = np.isin(regions, (GLASSES, HIDDEN))
     if covered.any():

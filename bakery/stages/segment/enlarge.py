@@ -6,9 +6,8 @@ import cv2
 import numpy as np
 
 from bakery import landmarks
-from bakery.stages.segment import prior
+from bakery.stages.segment import kernels, prior
 from bakery.stages.segment.classes import (
-    BACKGROUND,
     CLOTHES,
     EYES,
     GLASSES,
@@ -33,22 +32,15 @@ class Window:
     to_frame: np.ndarray  # [2, 3], pixels of the part to those of the frame
     points: np.ndarray  # [478, 2] pixels of the part
 
-    def back(self, *planes: np.ndarray) -> list[np.ndarray]:
-        """Planes [S, S] of the face frame, all of one type, on the part's pixels [h, w]."""
-        # Four planes of bytes at once take as long as one and a half; of floats they take longer.
-        step = 4 if planes[0].dtype == np.uint8 else 1
-        out: list[np.ndarray] = []
-        for start in range(0, len(planes), step):
-            out += cv2.split(
-                cv2.warpAffine(
-                    cv2.merge(planes[start : start + step]),
-                    warp_matrix(self.to_frame),
-                    self.part.shape[1::-1],
-                    flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-                    borderMode=cv2.BORDER_REPLICATE,
-                )
-            )
-        return out
+    def back(self, *planes: np.ndarray) -> np.ndarray:
+        """Up to four planes [S, S] of the face frame, all of one type, on the part's pixels [h, w, n].
+
+        Four at once take as long as two; one alone gives [h, w].
+        """
+        return cv2.warpAffine(
+            cv2.merge(planes), warp_matrix(self.to_frame), self.part.shape[1::-1],
+            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE,
+        )  # fmt: skip
 
     def nearest(self, labels: np.ndarray) -> np.ndarray:
         """Labels [S, S] of the face frame on the part's pixels [h, w]."""
@@ -67,22 +59,16 @@ def enlarge(window: Window, found: Found, options: SegmentOptions) -> tuple[np.n
     shares, part = found.shares, window.part
     guide = GuidedFilter(np.stack(cv2.split(window.small)), 2, 1e-4)
     model = window.back(*guide.coefficients(shares[SKIN]))
-    refined = model[3] + sum(slope * part[..., k] for k, slope in enumerate(model[:3]))
 
     solid = (shares[SKIN] > 0.5).astype(np.uint8)
     distance = cv2.distanceTransform(solid, cv2.DIST_L2, cv2.DIST_MASK_5) / prior.FACE
     rim = np.clip((distance - options.rim) / options.feather, 0, 1)
-    planes = (rim, found.face, shares[HAIR], shares[CLOTHES])
-    rim, face, hair, clothes = window.back(*map(_bytes, planes))
-    skin = np.clip((refined - 0.55) / 0.3, 0, 1)
-    skin = np.maximum(skin, face * np.float32(1 / 255)) * rim * np.float32(1 / 255)
-
-    regions = np.where(hair > clothes, np.uint8(HAIR), np.uint8(CLOTHES))
-    regions[np.maximum(hair, clothes) < 85] = BACKGROUND
-    regions[(refined > 0.5) | (face > 127)] = SKIN
+    planes = window.back(*map(in_bytes, (rim, found.face, shares[HAIR], shares[CLOTHES])))
+    regions, skin = np.empty(part.shape[:2], np.uint8), np.empty(part.shape[:2], np.float32)
+    kernels.settle(model, part, planes, regions, skin)
     for what, label in ((found.glasses, GLASSES), (found.hidden, HIDDEN)):
         if what.any():
-            regions[on_photo(window, what)[0]] = label
+            regions[window.back(in_bytes(what)) > 127] = label
     seen = (regions != HIDDEN) & (regions != GLASSES)
     return np.where(seen, with_features(regions, window.points), regions), skin
 
@@ -100,10 +86,6 @@ def with_features(regions: np.ndarray, points: np.ndarray) -> np.ndarray:
     return shown
 
 
-def on_photo(window: Window, *masks: np.ndarray) -> list[np.ndarray]:
-    """Masks [S, S] of the face frame on the part's pixels [h, w] bool."""
-    return [plane > 127 for plane in window.back(*map(_bytes, masks))] if masks else []
-
-
-def _bytes(plane):
+def in_bytes(plane: np.ndarray) -> np.ndarray:
+    """A plane 0..1, or a mask, as uint8 0..255."""
     return cv2.convertScaleAbs(plane.astype(np.float32), alpha=255)

@@ -158,7 +158,7 @@ def _bare_parts(window, ruled):
         portrait.NECK: (radius > 1.05) & (angle > 130),
         portrait.SKIN: (radius > 0.6) & (angle < 60) & (rows < above_brows),
     }
-    planes = window.back(*(np.float32(bare & where) for where in parts.values()))
+    planes = cv2.split(window.back(*(np.float32(bare & where) for where in parts.values())))
     return {label: plane > 0.5 for label, plane in zip(parts, planes)}
 
 
