@@ -15,8 +15,8 @@ from bakery.stages.hair import chart
 from bakery.stages.hair.atlas import Painter
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.directions import flow
-from bakery.stages.hair.mesh import CAP, cap_height
-from bakery.stages.hair.portrait import before_face, look
+from bakery.stages.hair.mesh import CAP, cap_height, cap_surface
+from bakery.stages.hair.portrait import before_face, look, without_clothes
 from bakery.stages.hair.presence import _hanging, _held
 from bakery.stages.hair.shell import make_shell
 from bakery.stages.segment import BACKGROUND, HAIR, HIDDEN, SKIN, Segmentation
@@ -113,6 +113,39 @@ def test_small_holes_are_filled_and_large_ones_are_not():
     out = _held(there)
     assert out[30:33, 10:13].all()
     assert not out[20:30, 40:50].any() and not out[60:].any()
+
+
+def test_clothes_below_the_hair_are_none():
+    hair, clothes = np.zeros((2, 100, 100), bool)
+    hair[10:40, 20:80] = hair[60:80, 70:90] = True
+    clothes[80:] = clothes[70:, 90:] = True
+    own = hair & (np.arange(100) < 50)[:, None]
+    assert (without_clothes(hair, clothes, 1.0) == own).all()
+    assert (without_clothes(hair, np.zeros_like(clothes), 1.0) == hair).all()
+    lock = hair.copy()
+    lock[40:60, 75:80] = True  # hangs from the head
+    assert (without_clothes(lock, clothes, 1.0) == lock).all()
+    beside = hair.copy()
+    beside[40:75, 20:25] = True  # the head's own hair ends no higher
+    assert (without_clothes(beside, clothes, 1.0) == beside).all()
+    nothing = np.zeros_like(hair)
+    assert not without_clothes(nothing, clothes, 1.0).any()
+
+
+def test_the_cap_reaches_the_hairline_where_it_is_not_seen(curtains):
+    portrait, shell = curtains
+    unseen, seen = (
+        (cap_surface(replace(shell, seen=np.full_like(shell.seen, share)), portrait)[1] > 0).sum()
+        for share in (0.0, 1.0)
+    )
+    assert unseen > seen
+
+
+def test_hair_on_the_skin_rises_from_its_line_at_a_slant(curtains):
+    _, shell = curtains
+    inside = chart.distance_inside(shell.there > 0.5)
+    near = (inside > 0) & (inside < 6) & (np.arange(ROWS)[:, None] < DOME)
+    assert (shell.radius - shell.base)[near].max() < 12
 
 
 def test_what_hides_the_face_is_hair_where_it_hangs_from_it_and_looks_like_it():

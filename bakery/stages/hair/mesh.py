@@ -22,7 +22,7 @@ LAYERS = {
 OUTER = 1.03  # share that the outermost have
 OVER = 3.0  # mm that wisps stand out farther: the photo cuts them to its outline
 UNDER = 2.5  # mm below the skin that the cap's border goes
-RETREAT = 6.0  # mm that the cap ends before the hair does
+RETREAT = 1.0, 6.0  # mm that the cap ends before hair that the photo does not show, and does
 RISE = 14.0  # mm over which it rises from its border
 ENDS = 3  # rows above the end of hanging hair at which its core ends
 FINE, COARSE = (2, 2), (4, 4)  # rows and columns of the chart between the cap's vertices
@@ -85,7 +85,9 @@ def cap_surface(shell: Shell, portrait: Portrait) -> tuple[np.ndarray, np.ndarra
     below[-ENDS:] = 0
     there = np.where(hung, np.minimum(shell.there, below), shell.there) > 0.5
     before = (shell.growth < 0.35) & _before_face(shell, portrait, cells)
-    inner = charts.smooth(charts.distance_inside(there & ~np.isnan(share) & ~before), 4.0) - RETREAT
+    # It hides the photo's own hairline; beside it, it closes what cards leave open.
+    retreat = np.interp(charts.smooth(shell.seen, 5.0), (0, 1), RETREAT)
+    inner = charts.smooth(charts.distance_inside(there & ~np.isnan(share) & ~before), 4.0) - retreat
     lowest = charts.smooth(cv2.erode(np.nan_to_num(share), np.ones((3, 3))), 4.0)
     out = shell.base + lowest * (shell.radius - shell.base) * smoothstep(0, RISE, inner)
     rim = np.where(hung, 0.0, UNDER) * smoothstep(4.0, -4.0, inner)

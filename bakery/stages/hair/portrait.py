@@ -10,7 +10,7 @@ from bakery.geometry.color import to_linear
 from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
 from bakery.geometry.raster import rasterize
 from bakery.heads.base import HeadModel
-from bakery.stages.segment import BACKGROUND, EARS, HAIR, HAT, HIDDEN, SKIN, Segmentation
+from bakery.stages.segment import BACKGROUND, CLOTHES, EARS, HAIR, HAT, HIDDEN, SKIN, Segmentation
 from bakery.types import Camera, Fit
 
 FINE = 1.6  # pixels a millimetre at most
@@ -24,6 +24,7 @@ UNLIKE = 0.35  # distance of sRGB colours of two patches that are not both hair
 POCKETS = 18.0, 45.0  # mm from the backdrop, above and below the eyes: how far it is seen in hair
 ALIKE = 0.2  # distance of sRGB colours of what may be the same
 HANGING = 15.0  # mm along which what hides the face touches the hair that it hangs from
+ON_CLOTHES = 10.0  # mm along which a patch touches clothes that is a part of them
 INNER, HALO = 0.8, 3.0  # mm from what is no hair, and from the backdrop: nearer, colours are mixed
 NOTHING = 1e5  # mm, depth where no head is
 
@@ -109,6 +110,7 @@ def look(
     rims = bare_rims(picture, solid, regions == SKIN, scale_mm)
     solid &= ~rims & (rims.sum() < MOSTLY * solid.sum())
     solid = before_face(picture, solid, labels, regions, scale_mm)
+    solid = without_clothes(solid, regions == CLOTHES, scale_mm)
     solid = _patches(picture, solid, scale_mm)
     level = float(cameras.project(np.zeros(3), cut)[1])
     hair = _matte(picture, solid, regions, scale_mm)
@@ -156,6 +158,29 @@ def before_face(
         if hangs and np.linalg.norm(np.median(picture[piece], 0) - main) < ALIKE:
             out = out | piece
     return out
+
+
+def without_clothes(solid: np.ndarray, clothes: np.ndarray, scale: float) -> np.ndarray:
+    """Hair [H, W] bool without patches that lie on clothes, below the end of the head's own hair.
+
+    Collars, suits and shaded necks are labelled so. Hair that falls on shoulders hangs from the head.
+
+    Args:
+        solid, clothes: [H, W] bool.
+        scale: pixels a millimetre.
+    """
+    count, number, found, _ = cv2.connectedComponentsWithStats(solid.astype(np.uint8))
+    if count < 3:
+        return solid
+    top, height, area = (
+        found[:, k] for k in (cv2.CC_STAT_TOP, cv2.CC_STAT_HEIGHT, cv2.CC_STAT_AREA)
+    )
+    main = 1 + int(area[1:].argmax())
+    near = cv2.dilate(clothes.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    on = np.bincount(number[near], minlength=count)  # two pixels of a border are near
+    worn = (on > 2 * ON_CLOTHES * scale) & (top >= top[main] + height[main])
+    worn[0] = False
+    return solid & ~worn[number]
 
 
 def _patches(picture, solid, scale):

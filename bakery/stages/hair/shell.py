@@ -28,6 +28,7 @@ REACH = 130.0  # mm beyond the skull that hair is looked for
 LEAST = 1.2  # mm that hair stands off the skin
 GAP = 14.0  # mm of background after which no more hair belongs to the outline
 HANG = 0.12  # mm that hanging hair falls inwards a mm
+STEEP = 1.0  # mm that hair on the skin rises a mm from the hairline at most
 RISE = 14.0  # mm from the hairline over which hair rises to its height
 TALL = 45.0  # mm: what stands out farther is a knot, which the back does not have
 BACK = (0.4, 0.7)  # of the way behind the ears, from where on hair lies on all of the skin
@@ -103,7 +104,10 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
     tall = np.maximum(radius - base - LEAST, 0)
     for _ in range(2):
         there, seen = presence(chart, portrait, base, radius, growth, hairy, covered, chin - 25)
-        rise = smoothstep(-2.0, RISE, charts.distance_inside(there > 0.5))
+        inside = charts.distance_inside(there > 0.5)
+        rise = smoothstep(-2.0, RISE, inside)
+        steep = np.clip((STEEP * inside + 1) / np.maximum(tall, 1e-3), 0, 1)
+        rise = np.where(hung, rise, np.minimum(rise, steep))
         rise = np.where(hung & (np.cos(turn) < 0.1), np.maximum(rise, 0.75), rise)
         radius = base + LEAST + tall * charts.smooth(rise, 5.0)
     rows = np.flatnonzero((there > 0.5).any(1))

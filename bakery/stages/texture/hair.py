@@ -13,7 +13,7 @@ from bakery.heads.base import HeadModel
 from bakery.heads.scalp import ear_box, ear_depth, scalp, unrolled
 from bakery.landmarks import CHIN, OVAL, face_size
 from bakery.stages.atlas import Atlas, soften, uv_polygon
-from bakery.stages.hair.portrait import MOSTLY, bare_rims
+from bakery.stages.hair.portrait import MOSTLY, bare_rims, without_clothes
 from bakery.stages.hair.presence import trusted, weighed
 from bakery.stages.segment import (
     BACKGROUND,
@@ -74,9 +74,10 @@ def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarra
         segmentation: of the photo.
         points: [L, 2] pixels.
     """
-    hair = segmentation.regions == HAIR
     picture = np.ascontiguousarray(encoded, np.float32)
     scale = face_size(points) / EYES_APART
+    clothes = segmentation.regions == CLOTHES
+    hair = without_clothes(segmentation.regions == HAIR, clothes, scale)
     rims = bare_rims(picture, hair, segmentation.regions == SKIN, scale)
     hair = hair & ~(rims & (rims.sum() < MOSTLY * hair.sum()))
     away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
