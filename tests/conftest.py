@@ -16,7 +16,9 @@ from pathlib import Path
 if (
     "PYTEST_XDIST_WORKER" in os.environ
 ):  # before numpy: who shares the cores waits for no second one
-    os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
+    os.environ |= dict.fromkeys(
+        ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+    )
 
 import numpy as np
 import pytest
