@@ -20,7 +20,8 @@ MATERIALS = {
     "tear": ("tear",),
     "lashes": ("lashes",),
 }
-FEWEST = {"eyes": 480}  # triangles; with fewer an eyeball has corners that the lids do not cover
+# Triangles. With fewer an eyeball has corners that the lids do not cover, and crowns become fangs.
+FEWEST = {"eyes": 480, "teeth": 1500}
 LOOSE = ("teeth",)  # whose borders are hidden: crowns end in the gums, gums behind the lips
 # Where coarse heads need their triangles: a shape whose moves show the place, and mm around it.
 FINE = {"eyeBlinkLeft": 18.0, "eyeBlinkRight": 18.0, "mouthFunnel": 28.0}
@@ -124,8 +125,9 @@ def coarser(surface, ratios):
     """A surface at falling ratios of its triangles: a list of Surfaces.
 
     The vertices of each level are the first of those of the level before, so that a file need hold
-    what they carry only once. Hence all stand on vertices of the original, the ones
-    nearest to where the simplification would put its own (farther by a third of an edge at most).
+    what they carry only once; a few serve coarser levels alone. Hence all stand on vertices of the
+    original, the ones nearest to where the simplification would put its own. (Each level is made of
+    the original: made of the level before, the coarsest shut its lids five times worse.)
 
     Cards are mostly border and stay whole. Borders, the cuts of the atlas among them, stay as they
     are, so that no gap opens; those of LOOSE parts may go. Eyes and mouth keep more than their share.
@@ -137,18 +139,17 @@ def coarser(surface, ratios):
     Returns:
         Surfaces; less coarse than asked where the border alone takes more.
     """
-    levels, faces = [], surface.faces
+    levels = []
     for ratio in ratios:
         wanted = max(int(len(surface.faces) * ratio), FEWEST.get(surface.name, 0))
-        if 4 <= wanted < len(faces) and surface.name not in CARDS:
-            faces = _collapsed(surface, faces, wanted, ratio)
-        levels.append(faces)
-    depth = np.zeros(len(surface.vertices), int)  # how many levels hold a vertex
-    for faces in levels:
-        depth[np.unique(faces)] += 1
-    order = np.argsort(-depth, kind="stable")
+        whole = wanted >= len(surface.faces) or wanted < 4 or surface.name in CARDS
+        levels.append(surface.faces if whole else _collapsed(surface, wanted, ratio))
+    last = np.full(len(surface.vertices), -1)  # the coarsest level that shows a vertex
+    for number, faces in enumerate(levels):
+        last[faces] = number
+    order = np.argsort(-last, kind="stable")
     place = np.argsort(order)
-    counts = [(depth > number).sum() for number in range(len(levels))]
+    counts = [(last >= number).sum() for number in range(len(levels))]
     return [_first(surface, order[:count], place[faces]) for count, faces in zip(counts, levels)]
 
 
@@ -166,16 +167,14 @@ def _first(surface, kept, faces):
     )
 
 
-def _collapsed(surface, faces, wanted, ratio):
-    """About `wanted` triangles [F, 3] between vertices that `faces` have."""
-    used, compact = np.unique(faces, return_inverse=True)
+def _collapsed(surface, wanted, ratio):
+    """About `wanted` triangles [F, 3] between vertices of a surface."""
     places = _magnified(surface) if ratio < COARSE else surface.vertices.astype(np.float64)
-    places = np.ascontiguousarray(places[used])
-    compact = np.ascontiguousarray(compact.reshape(-1, 3), np.int32)
+    faces = np.ascontiguousarray(surface.faces, np.int32)
     for step in range(ROUNDS):
         _, triangles, collapses = fast_simplification.simplify(
             places,
-            compact,
+            faces,
             target_count=wanted,
             agg=5 + 2 * step,
             return_collapses=True,
@@ -184,9 +183,9 @@ def _collapsed(surface, faces, wanted, ratio):
         if len(triangles) <= 1.05 * wanted:
             break
     points, triangles, stands_for = fast_simplification.replay_simplification(
-        places, compact, collapses
+        places, faces, collapses
     )
-    return used[_nearest(points, stands_for, places)[triangles]]
+    return _nearest(points, stands_for, places)[triangles]
 
 
 def _magnified(surface):
