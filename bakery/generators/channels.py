@@ -13,7 +13,7 @@ from bakery.generators.expected_folds import fold_channels
 from bakery.generators.strain import landmark_fragments, strain_channels
 from bakery.geometry import harmonics
 from bakery.geometry.camera import project, to_camera
-from bakery.geometry.color import to_encoded
+from bakery.geometry.encode import encode
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.sample import interpolate
 from bakery.heads.base import PARTS, HeadModel, once_a_mean
@@ -93,11 +93,6 @@ def expression_channels(subject, conditions, camera=None, wanted=("strain", "fol
         light = harmonics.turned(subject.light, subject.light_rotation.T)
         channels["folds"] = fold_channels(head, expression, light, found)
     return channels
-
-
-def encode(linear):
-    """Linear colours [..., 3] to sRGB uint8."""
-    return np.round(np.clip(to_encoded(linear), 0, 1) * 255).astype(np.uint8)
 
 
 def face_mask(head, conditions):

@@ -15,9 +15,8 @@ from torch.nn import functional
 
 from bakery.detectors.blocks import Conv, Residual
 from bakery.generators import expected_folds, strain
-from bakery.generators.channels import encode
 from bakery.generators.shade import MOUTH, is_part
-from bakery.geometry import color as colors
+from bakery.geometry.encode import decode, encode
 from bakery.settings import Settings, setting
 
 # Groups of the input and their channels, in order; a network may be given fewer.
@@ -158,7 +157,7 @@ def input_channels(channels, photo, shade, expressed):
         shade: [H, W], of `interior.interior_shade`.
         expressed: of `channels.expression_channels`.
     """
-    deformed = encode(colors.to_linear(channels.deformed / np.float32(255)) * shade[..., None])
+    deformed = encode(decode(channels.deformed) * shade[..., None])
     return {
         "photo": photo,
         "normals": (channels.normals.astype(np.int16) + 128).astype(np.uint8),

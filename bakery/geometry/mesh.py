@@ -19,10 +19,26 @@ def scatter_add(values: np.ndarray, index: np.ndarray, count: int) -> np.ndarray
 
 def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Unit normals [V, 3], weighted by area; a vertex without faces gets +z."""
-    normals = face_normals(vertices, faces)
-    total = sum(scatter_add(normals, faces[:, corner], len(vertices)) for corner in range(3))
+    total = np.zeros((3, len(vertices), 3))
+    _add_normals(vertices, faces, total)
+    total = total[0] + total[1] + total[2]
     length = np.linalg.norm(total, axis=1, keepdims=True)
     return np.where(length > 0, total / np.maximum(length, 1e-20), [0.0, 0.0, 1.0])
+
+
+@numba.njit(cache=True, nogil=True)
+def _add_normals(vertices, faces, total):
+    """Add `face_normals` to each corner's vertex; each corner has sums of its own, as `scatter_add`."""
+    for f in range(len(faces)):
+        a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
+        ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+        vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+        x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        for corner in range(3):
+            sums = total[corner, faces[f, corner]]
+            sums[0] += x
+            sums[1] += y
+            sums[2] += z
 
 
 def edges(faces: np.ndarray) -> np.ndarray:

@@ -12,8 +12,9 @@ import numpy as np
 
 from bakery.bake.subject import FittedSubject
 from bakery.errors import BakeryError
-from bakery.generators.channels import encode, expression_channels
+from bakery.generators.channels import expression_channels
 from bakery.geometry.color import LUMA, to_linear
+from bakery.geometry.encode import encode
 from bakery.geometry.fill import diffuse
 from bakery.geometry.sample import bicubic
 from bakery.heads.base import PARTS

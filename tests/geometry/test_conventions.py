@@ -6,7 +6,13 @@ import pytest
 from bakery.geometry import camera as cameras
 from bakery.geometry import harmonics, rotation
 from bakery.geometry.color import to_encoded, to_linear
-from bakery.geometry.mesh import boundary_loops, edges, vertex_normals
+from bakery.geometry.mesh import (
+    boundary_loops,
+    edges,
+    face_normals,
+    scatter_add,
+    vertex_normals,
+)
 from bakery.types import Camera
 
 FRONT = Camera(1000.0, np.array([100.0, 80.0]), np.zeros(3), np.array([0.0, 0.0, -500.0]), 200, 160)
@@ -93,3 +99,15 @@ def test_mesh_of_a_square():
     np.testing.assert_allclose(vertex_normals(vertices, faces), [[0, 0, 1]] * 4)
     assert len(edges(faces)) == 5
     assert [len(loop) for loop in boundary_loops(faces)] == [4]
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_normals_are_summed_as_in_plain_numpy(kind):
+    """To the bit; the last vertex has no face."""
+    rng = np.random.default_rng(0)
+    vertices, faces = rng.normal(size=(201, 3)).astype(kind), rng.integers(0, 200, (900, 3))
+    normals = face_normals(vertices, faces)
+    total = sum(scatter_add(normals, faces[:, corner], 201) for corner in range(3))
+    wanted = total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-20)
+    np.testing.assert_array_equal(vertex_normals(vertices, faces)[:-1], wanted[:-1])
+    np.testing.assert_array_equal(vertex_normals(vertices, faces)[-1], [0, 0, 1])
