@@ -12,7 +12,7 @@ from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
 from bakery.heads.file import load_head
 from bakery.stages.hair import chart
-from bakery.stages.hair.atlas import Painter
+from bakery.stages.hair.atlas import DIFFERS, Painter
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.directions import flow
 from bakery.stages.hair.mesh import CAP, cap_height, cap_surface
@@ -179,6 +179,16 @@ def test_unseen_hair_is_lit_from_above(curtains):
     back = np.array([[2.0, 4.0], [2.0, 14.0], [2.0, 26.0]])  # crown, ring of gloss, below it
     light = painter._light(back)
     assert light[1] > light[2] + 0.1 and np.abs(light).max() < 0.4
+
+
+def test_a_shaded_rim_does_not_colour_all_of_a_side(curtains):
+    portrait, shell = curtains
+    ways, _ = flow(portrait, shell)
+    shaded = portrait.color.copy()
+    shaded[:, int(0.65 * shaded.shape[1]) :] *= 0.05
+    painter = Painter(replace(portrait, color=shaded), shell, ways)
+    bright = painter.tone.mean(-1)[shell.there > 0.5]
+    assert bright.max() - bright.min() < 2 * DIFFERS + 0.05
 
 
 def test_a_bald_top_that_shines_does_not_tell_the_colour_of_the_back(curtains):

@@ -28,6 +28,8 @@ UNSEEN = (
     0.85  # of the way from the nearest colour to the middle one that hair far from the seen has
 )
 UNLIKE = 0.3  # distance of sRGB colours of skin and of hair that is surely no bald top's
+OWN = 4.0  # times its own weight that the colour of a side counts, before the other one's
+DIFFERS = 0.5  # log brightness by which made-up hair differs from the middle of the seen
 BESIDE = 0.6  # cosine of the azimuth from which hair is beside the head
 STREAKS = 1.0  # of the photo's contrast that made-up strands have
 LIT, GLOSS = 0.16, 0.28  # log brightness from below to above, and of the ring of gloss
@@ -118,7 +120,8 @@ class Painter:
             np.float32
         )
         values = bilinear(dark, pixels)
-        # A side that is seen badly has the other one's colours.
+        # A side that is hardly seen has the other one's colours.
+        weight = np.minimum(OWN * weight, 1)
         other = weight[:, ::-1] * (1 - np.clip(weight, 0, 1))
         both = weight + other
         values = (values * weight[..., None] + values[:, ::-1] * other[..., None]) / np.maximum(
@@ -137,6 +140,9 @@ class Painter:
             rows, columns = np.nonzero(weight > 0.5)
             beside = (rows > DOME // 2) & (np.cos(charts.azimuth()[columns]) < BESIDE)
             middle = self._middle(values[rows, columns], beside)
+            # The shaded rim of a side, spread over all of it, would be hair of another colour.
+            off = (on - middle) @ LUMA.astype(np.float32)
+            on = on + (np.clip(off, -DIFFERS, DIFFERS) - off)[..., None]
             far = 1 - smoothstep(0.0, 0.2, charts.smooth(weight.astype(float), 50.0))[..., None]
             on = on + UNSEEN * far * (middle - on)
         return charts.smooth(on.astype(float), 6.0)
