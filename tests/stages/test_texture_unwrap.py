@@ -1,17 +1,23 @@
 """What of a photo may become skin."""
 
+from dataclasses import fields
+
+import cv2
 import numpy as np
 
 from bakery.geometry import harmonics
-from bakery.landmarks import CHIN, EYE_LEFT, EYE_RIGHT, LIPS_INNER
+from bakery.landmarks import BROWS, CHIN, EYE_LEFT, EYE_RIGHT, LIPS_INNER
+from bakery.stages.atlas import make_atlas
+from bakery.stages.texture.hair import Mattes
+from bakery.stages.texture.shadows import penumbra
 from bakery.stages.texture.unwrap import (
     AHEAD,
     CONTRAST,
     bearded,
     open_lids,
-    penumbra,
     rims,
     shading,
+    up_to_hair,
 )
 
 
@@ -39,13 +45,36 @@ def test_rims_are_along_lids_and_lips():
     assert near[50, 40] == 0 and near[75, 65] == 0
 
 
-def test_only_the_edge_of_a_shadow_is_left_out():
+def test_only_the_hard_edge_of_a_shadow_is_left_out():
     shadow = np.zeros((512, 512), np.float32)
     shadow[200:300, 200:300] = 1
-    edge = penumbra(shadow)
+    whole = np.ones_like(shadow)
+    dark = cv2.GaussianBlur(np.exp(-2 * shadow), (0, 0), 1)[..., None] * np.float32([0.4, 0.3, 0.2])
+    edge = penumbra(shadow, dark, whole)
     assert edge[200, 250] == edge[299, 250] == edge[250, 199] == 1
     assert edge[250, 250] == edge[190, 250] == edge[0, 0] == 0
-    assert penumbra(0 * shadow).max() == 0
+    assert penumbra(0 * shadow, dark, whole).max() == 0
+    soft = dark**0.1  # shade below a fringe: the same outline, a step of 0.2 in the logarithm
+    assert penumbra(shadow, soft, whole).max() == 0
+
+
+def test_skin_of_the_face_counts_up_to_hair(head):
+    size, nothing = 128, np.zeros((64, 64), np.float32)
+    atlas = make_atlas(head, size).take("skin")
+    middle = np.full((len(atlas.index), 2), 32.0)
+
+    def found(**layers):
+        every = {field.name: nothing for field in fields(Mattes)} | layers
+        return atlas.paint(up_to_hair(Mattes(**every), head, atlas, middle))
+
+    x, y = head.landmark_uv()[BROWS].mean(0) * size
+    brow = int(y), int(x)
+    assert found(strip=nothing + 1)[brow] > 0.99 and found(shadow=nothing + 1)[brow] > 0.99
+    assert found()[brow] == 0, "what is no skin stays none"
+    assert found(strip=nothing + 1, occluder=nothing + 1)[brow] == 0
+    assert found(strip=nothing + 1)[:, : size // 8].max() == 0, (
+        "beyond the face hair's rim stays out"
+    )
 
 
 def one_lamp(azimuth, ambient=0.0):

@@ -24,10 +24,17 @@ DEEP = 0.9  # log of a shadow's darkness from which its edge is lost
 HARD = (0.35, 0.55)  # log over FINE: no edge but a soft terminator, and a hard shadow's edge
 
 
-def penumbra(shadow: np.ndarray) -> np.ndarray:
-    """The edge of a cast shadow [T, T] 0..1: neither side's tone is there. 1 on it, 0 elsewhere."""
-    dark = (shadow > 0.5).astype(np.uint8)
-    return _border(dark, int(EDGE * len(shadow)) | 1)
+def penumbra(shadow: np.ndarray, albedo: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """The hard edge of a cast shadow [T, T] 0..1: neither side's tone is there. 1 on it, 0 elsewhere.
+
+    A soft edge is none: the shade below a fringe or in the fold of a lid is drawn to the skin around.
+
+    Args:
+        shadow: [T, T] 0..1; albedo: [T, T, 3] linear.
+        weight: [T, T] 0..1: seen skin, without what is dark by nature.
+    """
+    width = int(EDGE * len(shadow)) | 1
+    return _border((shadow > 0.5).astype(np.uint8), width) * _hard(_tone(albedo, weight))
 
 
 def darker_half(albedo: np.ndarray, seen: np.ndarray) -> np.ndarray:
@@ -36,7 +43,7 @@ def darker_half(albedo: np.ndarray, seen: np.ndarray) -> np.ndarray:
     Args:
         albedo: [T, T, 3] linear; seen: [T, T] 0..1.
     """
-    tone = np.log(np.maximum(normalized_blur(albedo, seen, WIDE * len(albedo)) @ LUMA, 1e-3))
+    tone = _tone(albedo, seen, WIDE)
     both = np.minimum(seen, seen[:, ::-1]) > 0.5
     out: np.ndarray = smoothstep(*HALVES, tone[:, ::-1] - tone) * both
     return cv2.GaussianBlur(out.astype(np.float32), (0, 0), FINE * len(albedo))
@@ -49,10 +56,7 @@ def darkness(likely: np.ndarray, albedo: np.ndarray, weight: np.ndarray) -> np.n
         likely, albedo: [T, T, 3] linear.
         weight: [T, T] 0..1: seen skin, without what is dark by nature.
     """
-    one, other = (
-        np.log(np.maximum(normalized_blur(x, weight, FINE * len(albedo)) @ LUMA, 1e-3))
-        for x in (likely, albedo)
-    )
+    one, other = (_tone(x, weight) for x in (likely, albedo))
     return diffuse((one - other)[..., None], weight)[..., 0]
 
 
@@ -75,9 +79,20 @@ def leak(gap: np.ndarray) -> np.ndarray:
     """
     dark = (gap > DEEP).astype(np.uint8)
     width = int(2 * RIM * len(gap)) | 1
-    slope = np.hypot(*np.gradient(gap)) * FINE * len(gap)
-    hard = cv2.dilate(np.float32(smoothstep(*HARD, slope)), _disc(width // 2 | 1))
-    return cv2.GaussianBlur(_border(dark, width) * hard, (0, 0), width / 8)
+    return cv2.GaussianBlur(_border(dark, width) * _hard(gap), (0, 0), width / 8)
+
+
+def _tone(albedo: np.ndarray, weight: np.ndarray, width: float = FINE) -> np.ndarray:
+    """Log luminance [T, T] without detail."""
+    smooth = normalized_blur(albedo, weight, width * len(albedo))
+    out: np.ndarray = np.log(np.maximum(smooth @ LUMA, 1e-3))
+    return out
+
+
+def _hard(tone: np.ndarray) -> np.ndarray:
+    """How surely [T, T] 0..1 a hard shadow ends near: its log tone is steep."""
+    slope = np.hypot(*np.gradient(tone)) * FINE * len(tone)
+    return cv2.dilate(np.float32(smoothstep(*HARD, slope)), _disc(int(RIM * len(tone)) | 1))
 
 
 def _border(dark: np.ndarray, width: int) -> np.ndarray:

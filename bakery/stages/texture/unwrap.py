@@ -22,6 +22,7 @@ CONTRAST = 2.0  # of the shading of what faces the camera
 AHEAD = np.array([[0, 0, 1], [-0.8, 0, 0.6], [0.8, 0, 0.6], [0, -0.8, 0.6], [0, 0.8, 0.6]])
 SLANTING = (75.0, 55.0)  # degrees from which on tones are not believed, and up to which they are
 PALER = 0.6  # log of red over blue: skin of one face, in all its parts, differs less
+UP_TO_HAIR = 0.9  # of the face's contour
 HAIR_DARKER, HAIR_PALER = (0.3, 0.7), (0.2, 0.45)  # log by which beards are darker and less red
 BLUR = 1 / 500  # of the atlas's side, before colours are compared
 ISLAND = 0.02  # of the largest piece of seen skin: smaller ones beyond the face are left out
@@ -149,7 +150,8 @@ def unwrap_albedo(
         weight, visibility.visible * bilinear(rims(points, linear.shape[:2]), pixels)
     )
     mask = open_lids(mattes.skin, points, mattes.occluder)
-    weight *= smoothstep(0.5, 0.95, bilinear(mask, pixels))
+    skin = np.maximum(bilinear(mask, pixels), up_to_hair(mattes, head, atlas, pixels))
+    weight *= smoothstep(0.5, 0.95, skin)
     color = np.maximum(bicubic(linear, pixels), 0)
     shade = photo_shade(fit, head, vertices, atlas)
     on_skin = atlas.paint(np.ones(len(pixels), np.float32))
@@ -158,14 +160,31 @@ def unwrap_albedo(
     beard = bearded(albedo, weight, head)
     shadow = atlas.paint(bilinear(mattes.shadow, pixels)) * (1 - beard)
     square = np.maximum(atlas.paint(visibility.weight(*SLANTING)), inner_face(head, atlas.size))
+    plain = (1 - atlas.paint(bilinear(mattes.dark, pixels))) * (1 - beard)
+    edge = penumbra(shadow, albedo, weight * plain)
     return PartialAlbedo(
         albedo,
-        soften(weight * (1 - penumbra(shadow)), on_skin),
+        soften(weight * (1 - edge), on_skin),
         square * smoothstep(*SHADED[::-1], shadow) * on_skin,
-        (1 - atlas.paint(bilinear(mattes.dark, pixels))) * (1 - beard),
+        plain,
         atlas.paint(shade),
         on_skin,
     )
+
+
+def up_to_hair(mattes: Mattes, head: HeadModel, atlas: Atlas, pixels: np.ndarray) -> np.ndarray:
+    """Skin [N] 0..1 that counts however near hair hangs: the face's own, with brows, up to a fringe.
+
+    The strip beside hair is skin, and so is what lies in a cast shadow.
+
+    Args:
+        pixels: [N, 2], of the atlas.
+    """
+    face = uv_polygon(head, OVAL, UP_TO_HAIR, atlas.size)
+    face = cv2.GaussianBlur(face, (0, 0), 1.5 * BLUR * atlas.size).reshape(-1)[atlas.index]
+    bare = np.minimum(mattes.strip + mattes.shadow, 1) * (1 - mattes.occluder)
+    out: np.ndarray = bilinear(bare, pixels) * face
+    return out
 
 
 def inner_face(head: HeadModel, size: int) -> np.ndarray:
