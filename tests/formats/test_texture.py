@@ -15,7 +15,9 @@ def levels(path):
     found = oiio.ImageInput.open(str(path))
     out = []
     while found.seek_subimage(0, len(out)):
-        out.append((found.spec(), found.read_image(0, len(out), 0, found.spec().nchannels, oiio.FLOAT)))
+        out.append(
+            (found.spec(), found.read_image(0, len(out), 0, found.spec().nchannels, oiio.FLOAT))
+        )
     return out
 
 
