@@ -67,6 +67,7 @@ def _document_problems(document, binary, meshes, minor, still):
         names = mesh["extras"]["targetNames"]
         if tuple(names[: len(EXPRESSIONS)]) != EXPRESSIONS:
             found.append(f"mesh {name[:40]}: its morph targets are not the 52 ARKit names in order")
+            continue
         for primitive in mesh["primitives"]:
             targets = [target["POSITION"] for target in primitive["targets"]]
             points = _index(primitive["attributes"]["POSITION"], accessors)

@@ -68,7 +68,7 @@ def test_an_interrupted_bake_goes_on(bakery, portrait, tmp_path):
     assert done.returncode == 0, done.stderr
     then = written(work)
     assert {name: then[name] for name in first} == first  # not written, so not made again
-    assert len(then) > len(first)
+    assert set(first) <= set(then)  # what takes little time is not kept
     for name in then:
         taken = f"{name}: taken from the work folder" in done.stderr
         assert taken == (name in first), (name, done.stderr)
