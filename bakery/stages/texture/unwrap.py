@@ -173,16 +173,16 @@ def unwrap_albedo(
 
 
 def up_to_hair(mattes: Mattes, head: HeadModel, atlas: Atlas, pixels: np.ndarray) -> np.ndarray:
-    """Skin [N] 0..1 that counts however near hair hangs: the face's own, with brows, up to a fringe.
+    """Brows [N] 0..1 that count however near hair hangs.
 
-    The strip beside hair is skin, and so is what lies in a cast shadow.
+    Plain skin in the strip beside hair does not: strands of a fringe on it are lines on the forehead.
 
     Args:
         pixels: [N, 2], of the atlas.
     """
     face = uv_polygon(head, OVAL, UP_TO_HAIR, atlas.size)
     face = cv2.GaussianBlur(face, (0, 0), 1.5 * BLUR * atlas.size).reshape(-1)[atlas.index]
-    bare = np.minimum(mattes.strip + mattes.shadow, 1) * (1 - mattes.occluder)
+    bare = np.minimum(mattes.strip + mattes.shadow, 1) * mattes.dark * (1 - mattes.occluder)
     out: np.ndarray = bilinear(bare, pixels) * face
     return out
 
