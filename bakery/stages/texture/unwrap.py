@@ -173,7 +173,7 @@ def unwrap_albedo(
 
 
 def up_to_hair(mattes: Mattes, head: HeadModel, atlas: Atlas, pixels: np.ndarray) -> np.ndarray:
-    """Brows [N] 0..1 that count however near hair hangs.
+    """What is dark by nature, brows above all, that counts however near hair hangs: [N] 0..1.
 
     Plain skin in the strip beside hair does not: strands of a fringe on it are lines on the forehead.
 
