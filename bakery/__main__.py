@@ -1,5 +1,6 @@
 """`bakery` and `python -m bakery`: begins before anything is imported that takes time."""
 
+import _thread
 import os
 import sys
 
@@ -8,8 +9,17 @@ import sys
 os.environ |= {"OPENBLAS_NUM_THREADS": "1", "VECLIB_MAXIMUM_THREADS": "1"}
 
 
+def _not_lost(ignored):
+    """Python drops a KeyboardInterrupt in a destructor: it comes again, when the destructor is over."""
+    if isinstance(ignored.exc_value, KeyboardInterrupt):
+        _thread.start_new_thread(_thread.interrupt_main, ())
+    else:
+        sys.__unraisablehook__(ignored)
+
+
 def main() -> None:
     """The command line, with Ctrl-C heard from the first import on."""
+    sys.unraisablehook = _not_lost
     try:
         from bakery.cli.main import main as run
 

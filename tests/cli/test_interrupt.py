@@ -14,12 +14,18 @@ import os, signal, sys
 
 _, module, when = sys.argv
 
+class Ending:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+
 class Watch:
     def find_spec(self, name, path=None, target=None):
         if name == module:
             print("begun", flush=True)
             if when == "now":
                 os.kill(os.getpid(), signal.SIGINT)
+            elif when == "ending":
+                Ending()
 
 sys.meta_path.insert(0, Watch())
 from bakery.__main__ import main
@@ -48,6 +54,11 @@ def check_end(process):
 )
 def test_in_the_middle_of_an_import(module):
     check_end(start(module, "now"))
+
+
+def test_in_a_destructor():
+    """Python ignores what a destructor raises, and prints it."""
+    check_end(start("bakery.bake.doctor", "ending"))
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.01, 0.02, 0.03, 0.05, 0.1, 0.3])
