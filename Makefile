@@ -34,8 +34,8 @@ demo: $(READY) ## bake a sample portrait and say where its picture is
 	@$(RUN)/bakery validate $(DEMO)
 	@echo 'preview: $(CURDIR)/$(DEMO)/preview.png'
 
-test: $(READY) ## run the tests, on two cores
-	PYTHONDONTWRITEBYTECODE= $(RUN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+test: $(READY) ## run the tests, for two cores
+	PYTHONDONTWRITEBYTECODE= $(RUN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
 
 proofs: $(READY) ## run the long proofs, minutes each
 	$(RUN)/python -m pytest -m slow

@@ -4,6 +4,8 @@ import json
 import struct
 from pathlib import Path
 
+import pytest
+
 from bakery.bake.kept import Kept
 from bakery.formats.record import read_textures
 
@@ -40,6 +42,7 @@ def test_no_hair_is_said(portrait, bakery, tmp_path):
     assert done.returncode == 1 and "--hair cards" in done.stderr and not out.exists()
 
 
+@pytest.mark.slow
 def test_textures_hold_hair(bakery, tmp_path):
     photo, marks = ANNA
     fit, out = tmp_path / "fit.json", tmp_path / "t.npz"

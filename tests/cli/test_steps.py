@@ -57,8 +57,8 @@ def step_by_step(process, bakery, photo, folder, options, marks=None, *last):
     "case",
     [
         pytest.param("default", marks=pytest.mark.slow),  # 80 s: two whole bakes
-        "fit table, no hair",
-        pytest.param("fit table, other generator", marks=pytest.mark.slow),
+        pytest.param("fit table, no hair", marks=pytest.mark.slow),
+        "fit table, other generator",
     ],
 )
 def test_the_single_steps_are_the_bake(process, bakery, tmp_path, case):

@@ -304,6 +304,7 @@ def test_a_painted_person_wears_a_mesh(head):
     assert known.overlap(green & head_rows, seen.there & head_rows) > 0.95
 
 
+@pytest.mark.slow
 def test_a_person_goes_through_the_whole_chain(monkeypatch, tmp_path, head):
     """A small painted portrait is detected, segmented, fitted, given hair, and compared."""
     for name, value in (("WIDTH", 320), ("HEIGHT", 400), ("DETAIL", 0.5), ("SHARE", 0.15)):

@@ -97,7 +97,13 @@ mouthSmileRight = 0.8
 
 
 # Single precision last: `make golden` keeps what was made last.
-@pytest.fixture(scope="module", params=[True, False], ids=["bfloat16", "float32"])
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(True, marks=pytest.mark.slow, id="bfloat16"),
+        pytest.param(False, id="float32"),
+    ],
+)
 def painted(request, bake, tmp_path_factory):
     """By the default generator, in the precision of processors with bfloat16 and of the others."""
     path = tmp_path_factory.mktemp("targets") / "few.toml"

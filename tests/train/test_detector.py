@@ -112,6 +112,7 @@ def test_a_shard_depends_on_its_number_alone(photos, pictures, monkeypatch):
         assert np.abs(other.astype(int) - kept["pictures"]).mean() > 1
 
 
+@pytest.mark.slow
 def test_a_bank_goes_on_and_keeps_to_its_options(photos, tmp_path):
     chosen = bank.BankOptions(photo=0, quick=0, careful=0, scene=2, background_count=3, held=3)
     (first,) = bank.paint_bank(tmp_path, sources(photos), chosen, 1)
@@ -127,6 +128,7 @@ def test_people_are_learned_from_or_measured_not_both(pictures):
     assert [photo.name for photo in kept] == ["2_neutral"]
 
 
+@pytest.mark.slow
 def test_run_goes_on_where_it_stopped(pictures, head, runs):
     run = runs / "finder"
     before = [json.loads(line)["step"] for line in (run / "stats.jsonl").read_text().splitlines()]
@@ -136,6 +138,7 @@ def test_run_goes_on_where_it_stopped(pictures, head, runs):
     assert not list(detector.train(run, pictures, head, longer))  # its time is over
 
 
+@pytest.mark.slow
 def test_export_can_be_loaded(runs, tmp_path):
     path = tmp_path / "network.safetensors"
     detector.export({name: runs / name for name in ("finder", "points")}, path)
@@ -148,6 +151,7 @@ def test_export_can_be_loaded(runs, tmp_path):
     assert set(marks.LIPS) <= set(mouth.rows[0]) and not mouth.network.training
 
 
+@pytest.mark.slow
 def test_other_options_are_refused(pictures, head, runs):
     with pytest.raises(InputError, match="other rate"):
         list(detector.train(runs / "points", pictures, head, options(rate=1.0)))

@@ -63,6 +63,7 @@ def shards(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_training_learns_and_goes_on(shards, tmp_path):
     torch.manual_seed(0)
     torch.set_num_threads(1)  # threads that wait for each other take minutes on a busy machine

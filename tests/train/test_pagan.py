@@ -228,6 +228,7 @@ def test_a_run_learns_and_ships(shards, tmp_path):
     assert inference.load(tmp_path / "w.safetensors").network.options.channels == (8, 8)
 
 
+@pytest.mark.slow
 def test_the_mean_of_two_runs(shards, tmp_path):
     for name, rate in (("one", 1e-2), ("other", 2e-2)):
         list(pagan.train(tmp_path / name, [shards], options(steps=4, rate=rate)))
@@ -244,6 +245,7 @@ def test_the_mean_of_two_runs(shards, tmp_path):
         export([tmp_path / "one", tmp_path / "deep"], tmp_path / "w.safetensors")
 
 
+@pytest.mark.slow
 def test_a_run_begins_where_another_ended(shards, tmp_path):
     list(pagan.train(tmp_path / "one", [shards], options(steps=20, rate=1e-2)))
     export([tmp_path / "one"], tmp_path / "w.safetensors")
@@ -274,6 +276,7 @@ def test_a_run_may_look_at_more_than_the_weights_it_begins_with(shards, tmp_path
         list(pagan.train(tmp_path / "two", [shards], options(network=other, begin=begin)))
 
 
+@pytest.mark.slow
 def test_a_run_may_have_more_channels_than_the_weights_it_begins_with(shards, tmp_path):
     few = NetworkOptions(channels=(8, 8))
     list(pagan.train(tmp_path / "one", [shards], options(steps=20, rate=1e-2, network=few)))
@@ -295,6 +298,7 @@ def test_a_run_may_have_more_channels_than_the_weights_it_begins_with(shards, tm
         pagan.widened(plain, few)
 
 
+@pytest.mark.slow
 def test_a_stopped_run_goes_on_with_the_same_curve(shards, tmp_path):
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     chosen = options(steps=4, adversarial_from=1, judge_alone=1, judge_channels=8)

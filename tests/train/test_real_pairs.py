@@ -109,6 +109,7 @@ def shard(portrait, head, tmp_path_factory):
     return Shard(output / "pairs-00000.safetensors")
 
 
+@pytest.mark.slow
 def test_a_photo_paired_with_itself(shard):
     assert len(shard) == 2 and shard.about["person"] == "a"
     for pair in (shard[0], shard[1]):

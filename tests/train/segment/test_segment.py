@@ -79,6 +79,7 @@ def test_only_the_clothes_of_painted_people_change(pictures):
     assert (batch.label[changed] == portrait.CLOTH).all()
 
 
+@pytest.mark.slow
 def test_steps_learn(pictures):
     torch.manual_seed(0)
     batch, weight = batch_of(pictures.rows(slice(0, 2))), losses.weights("cpu")
@@ -115,6 +116,7 @@ def test_the_right_answer_costs_nothing(pictures):
     assert float(wrong["person"]) > 1 and float(wrong["shadow"]) > 1
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_where_it_was(painted, tmp_path):
     sources = segment.Sources(painted)
     whole = list(segment.train(tmp_path / "whole", sources, SMALL))
@@ -145,6 +147,7 @@ def test_a_run_begins_with_weights_that_ship(painted, tmp_path):
         torch.testing.assert_close(after[name].float(), value.float(), rtol=2e-3, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_time_ends_a_run_and_real_photos_join(painted, congress, tmp_path):
     lines = list(real.pack([(congress, "train", "", True)], tmp_path / "real.npz"))
     assert any(line["left_out"] is None for line in lines)
