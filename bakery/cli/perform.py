@@ -26,15 +26,15 @@ PLAN = {
     help="What draws the face: avatar, its baked textures.",
 )  # fmt: skip
 @click.option(
-    "--over", metavar="portrait|clip|CLIP2",
-    help="Put the face into the portrait, into the performer's own clip, or into another one.",
+    "--over", type=click.Choice(["portrait"]),
+    help="Put the face into the portrait; a bundle needs --keep-photo for it.",
 )  # fmt: skip
 @click.option(
     "--view", default="front", show_default=True, help="front or YAW,PITCH, without --over."
 )
 @click.option(
     "--size", default=512, show_default=True, type=click.IntRange(16, 4096),
-    help="Pixels of the longer side; even. Put into a clip, the video has the clip's size.",
+    help="Pixels of the longer side; even.",
 )  # fmt: skip
 @click.option("--frames", metavar="FIRST:LAST", help="Only these frames of the clip, from 0.")
 @click.option(
@@ -66,7 +66,7 @@ def perform(
     \b
     bakery perform portrait.jpg clip.mp4 -o out.mp4
     bakery perform portrait.avatar clip.mp4 -o out.mp4 --over portrait
-    bakery perform portrait.avatar clip.mp4 -o out.mp4 --over clip --fits fits/
+    bakery perform portrait.avatar clip.mp4 -o out.mp4 --fits fits/
 
     Both people have to agree. Each shot of the clip is fitted anew; frames in which the face is
     hidden or blurred lie between their neighbours, and are told. What is written says in its
@@ -83,7 +83,6 @@ def perform(
     from bakery.perform import files
     from bakery.show import frame
 
-    files.check_over(over)
     first, last = parse_frames(frames)
     chosen = RenderSettings(
         view=frame.parse(view=view)["view"], size=size, first=first, last=last, hair=hair

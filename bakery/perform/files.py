@@ -7,7 +7,7 @@ from pathlib import Path
 from bakery import __version__
 from bakery.bake import pipeline
 from bakery.bake.batch import is_fresh
-from bakery.errors import InputError, UsageProblem
+from bakery.errors import InputError
 from bakery.export import bundle as bundles
 from bakery.export.open import open_avatar
 from bakery.formats import video
@@ -29,16 +29,14 @@ CONSENT = (
     "synthetic"
 )
 MARK = " The movements are another person's, filmed; both have to agree to its use."
-PORTRAIT, OWN = "portrait", "clip"  # what --over knows besides files
-WAYS = ("avatar",)  # what --by knows
 
 
 @dataclass(frozen=True)
 class Wanted:
     """What `bakery perform` was asked for."""
 
-    by: str = "avatar"  # one of WAYS
-    over: str | None = None  # PORTRAIT, OWN or a clip; None is plain grey
+    by: str = "avatar"  # what draws the face
+    over: str | None = None  # "portrait"; None is plain grey
     settings: RenderSettings = RenderSettings()
     face: int | None = None  # of the clip, from 1
     rate: float | None = None  # frames a second of a folder of frames
@@ -140,13 +138,3 @@ def sound_of(clip: Path, kind: str, kept: Work, wanted: Wanted, done: Performanc
 def marked(note: Note) -> Note:
     """What a video of an avatar says about itself, and whose movements it shows."""
     return replace(note, text=note.text + MARK)
-
-
-def check_over(over: str | None) -> None:
-    """Refuse what nothing can be put into.
-
-    Raises:
-        UsageProblem: neither a word that is known nor a file.
-    """
-    if over not in (None, PORTRAIT, OWN) and not Path(over).exists():
-        raise UsageProblem(f"--over {over}: give {PORTRAIT}, {OWN}, or a clip that is there")

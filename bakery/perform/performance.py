@@ -205,12 +205,18 @@ def _told(fits, options, doubt, first):
 
 
 def _kept(folder, key):
-    """(seconds, shots, notes) that a folder keeps for a key, or None."""
+    """(seconds, shots, notes) that a folder keeps for a key, or None.
+
+    Raises:
+        InputError: what lies there is damaged.
+    """
     if not (folder / CLIP).is_file():
         return None
     table = record.read_arrays(folder / CLIP, ("key", "seconds", "starts", "faces", "notes"))
     if str(table["key"]) != key:
         return None
+    if not _whole(table):
+        raise InputError(f"{folder / CLIP}: is damaged; delete it, and the clip is followed anew")
     starts, count = table["starts"].tolist(), len(table["seconds"])
     found = []
     for number, (first, last) in enumerate(zip(starts, [*starts[1:], count]), 1):
@@ -219,6 +225,17 @@ def _kept(folder, key):
         found.append(Shot(first, last, fits))
     notes = tuple(str(table["notes"]).splitlines())
     return table["seconds"].astype(np.float64), tuple(found), notes
+
+
+def _whole(table):
+    """Whether arrays of a clip.npz go together."""
+    seconds, starts, faces = table["seconds"], table["starts"], table["faces"]
+    if seconds.ndim != 1 or seconds.dtype.kind != "f" or not np.isfinite(seconds).all():
+        return False
+    if starts.ndim != 1 or starts.dtype.kind != "i" or faces.dtype != bool or not len(starts):
+        return False
+    rises = np.diff([*starts, len(seconds)]) > 0
+    return starts[0] == 0 and bool(rises.all()) and faces.shape == starts.shape
 
 
 def _rests(seconds):

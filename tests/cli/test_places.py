@@ -114,6 +114,7 @@ def ending(name):
         "albedo": ".exr",
         "build": ".avatar",
         "animate": ".mp4",
+        "perform": ".mp4",
         "hair": ".glb",
     }
     return files.get(name, ".png")
