@@ -106,7 +106,7 @@ def test_a_clip_of_nobody(bundle, bakery, tmp_path):
 
 def test_a_face_that_is_not_there(bundle, bakery, clip, tmp_path):
     done = bakery("perform", bundle, clip, "-o", tmp_path / "a.mp4", "--face", 3)
-    refused(done, "--face 3", tmp_path)
+    refused(done, "has 1 face(s), no face 3", tmp_path)
 
 
 def test_one_frame_is_enough(bundle, bakery, clip, tmp_path):

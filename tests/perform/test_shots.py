@@ -28,7 +28,7 @@ def test_every_cut_begins_a_shot():
     assert lengths([picture(1), picture(2), picture(2)]) == [1, 2]
 
 
-@pytest.mark.parametrize("speed", [1, 2, 8])
+@pytest.mark.parametrize("speed", [1, 2, 3])
 def test_a_camera_that_moves_does_not_cut(speed):
     assert lengths([picture(1, speed * k) for k in range(20)]) == [20]
 
