@@ -17,6 +17,7 @@
     bake                          the bake: the order of the steps, and what is kept of them
     testing, show, farm           conformance tests of plug-ins; pictures, pages; farms
     motion                        takes: tracked, retargeted, played
+    perform                       a performer drives a portrait
     train, evaluate, cli          trainings; measurements; the commands
 
 Imports point down this list. Nothing is imported here: `bakery --help` must not wait for numpy.

@@ -13,7 +13,7 @@ PACKAGE = ROOT / "bakery"
 LAYERS = [
     {"errors", "memo", "parallel", "paths"}, {"check", "settings"}, {"types", "landmarks"}, {"plugins"}, {"geometry"}, {"preset"},
     {"formats"}, {"heads", "detectors", "generators"}, {"stages"}, {"hair"}, {"synth"},
-    {"runtime"}, {"export"}, {"exporters"}, {"bake"}, {"testing", "show", "farm"}, {"motion"}, {"train"}, {"evaluate"}, {"cli"},
+    {"runtime"}, {"export"}, {"exporters"}, {"bake"}, {"testing", "show", "farm"}, {"motion"}, {"perform"}, {"train"}, {"evaluate"}, {"cli"},
     {"__main__"},
 ]  # fmt: skip
 RANK = {part: rank for rank, parts in enumerate(LAYERS) for part in parts}

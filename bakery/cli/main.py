@@ -34,6 +34,7 @@ COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of th
     "generate": ("generate", "Paint a portrait with another expression, view and gaze."),
     "track": ("track", "Follow the face in a clip; write a take."),
     "animate": ("animate", "Play a take into a video."),
+    "perform": ("perform", "Play a clip of a performer with a portrait."),
     "retarget": ("animate", "Change a take: rest, strength."),
     "shapes": ("shapes", "List the shapes and named expressions."),
     "presets": ("presets", "List presets and all settings."),

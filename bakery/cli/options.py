@@ -23,6 +23,7 @@ SETTINGS = {  # whose settings --set changes -> where its options dataclass is
     "bank": "bakery.train.detector.bank:BankOptions",
     "identity": "bakery.train.identity:IdentityOptions",
     "pagan": "bakery.train.pagan:PaganOptions",
+    "transfer": "bakery.train.transfer:TransferOptions",
     "segment-network": "bakery.train.segment:SegmentTraining",
     "track": "bakery.motion.track:TrackOptions",
 }

@@ -154,6 +154,30 @@ def skins(photos, output, head):
         click.echo(path)
 
 
+@synth.command("performers", cls=options.Command, resumes=True)
+@click.option("-n", "--count", required=True, type=click.IntRange(1), help="People.")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")
+@click.option("--seed", default=0, show_default=True, type=click.IntRange(0))
+@click.option("--expressions", default=48, show_default=True, type=click.IntRange(2, 1000))
+@click.option("--skins", type=click.Path(path_type=Path), help="Folder of `bakery synth skins`.")
+@options.head
+def performers(count, output, seed, expressions, skins, head):
+    """Paint people who all show the same expressions: textures for `bakery train transfer`.
+
+    \b
+    bakery synth performers -n 64 -o runs/performers
+    """
+    options.may_go_on(output)
+    from bakery.heads.file import load_head
+    from bakery.synth import performers
+    from bakery.synth.quick import make_stage
+    from bakery.synth.skins import TEXELS
+
+    stage = make_stage(load_head(head), TEXELS)
+    for path in performers.write(stage, output, count, seed, expressions, skins):
+        click.echo(path)
+
+
 @synth.command("sheet", cls=options.Command)
 @click.argument("pairs", type=click.Path(path_type=Path))
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Picture.")

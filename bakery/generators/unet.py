@@ -44,30 +44,23 @@ class NetworkOptions(Settings):
     )
 
 
-class UNet(nn.Module):
-    """[B, C, H, W] to [B, 7 or 3, H, W]; H and W multiples of 2 ** levels."""
+class ResidualUNet(nn.Module):
+    """[B, inputs, H, W] to [B, outputs, H, W]; H and W multiples of 2 ** levels. All zeros at first."""
 
-    def __init__(self, options=NetworkOptions(), folded=False):
+    def __init__(self, inputs, outputs, widths, blocks=1, folded=False):
         super().__init__()
-        self.options = options
-        widths = options.channels
-        inputs = sum(INPUTS[name] for name in options.inputs)
         self.stem = Conv(4 * inputs, widths[0], folded=folded)
         self.down, self.up = nn.ModuleList(), nn.ModuleList()
         self.join = nn.ModuleList()
         for wide, deep in zip(widths, widths[1:]):
-            self.down.append(_blocks(wide, options.blocks, folded))
+            self.down.append(_blocks(wide, blocks, folded))
             self.down.append(Conv(wide, deep, stride=2, folded=folded))
             self.join.append(Conv(deep, wide, kernel=1, active=False, folded=folded))
-            self.up.append(_blocks(wide, options.blocks, folded))
-        self.bottom = _blocks(widths[-1], 2 * options.blocks, folded)
-        outputs = 7 if options.head == "change" else 3
+            self.up.append(_blocks(wide, blocks, folded))
+        self.bottom = _blocks(widths[-1], 2 * blocks, folded)
         self.head = nn.Conv2d(widths[0], 4 * outputs, 3, padding=1)
         nn.init.zeros_(self.head.weight)
         nn.init.zeros_(self.head.bias)
-        if options.head == "change":
-            with torch.no_grad():
-                self.head.bias[4 * 6 :] = ALPHA_BIAS
 
     def forward(self, x):
         return functional.pixel_shuffle(self.body(functional.pixel_unshuffle(x, 2)), 2)
@@ -84,6 +77,19 @@ class UNet(nn.Module):
         for join, blocks, skip in zip(self.join[::-1], self.up[::-1], skips[::-1]):
             x = blocks(skip + functional.interpolate(join(x), scale_factor=2, mode="nearest"))
         return self.head(functional.silu(x))
+
+
+class UNet(ResidualUNet):
+    """The generator's: [B, C, H, W] to [B, 7 or 3, H, W]."""
+
+    def __init__(self, options=NetworkOptions(), folded=False):
+        outputs = 7 if options.head == "change" else 3
+        inputs = sum(INPUTS[name] for name in options.inputs)
+        super().__init__(inputs, outputs, options.channels, options.blocks, folded)
+        self.options = options
+        if options.head == "change":
+            with torch.no_grad():
+                self.head.bias[4 * 6 :] = ALPHA_BIAS
 
 
 def _blocks(channels, count, folded):

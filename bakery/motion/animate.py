@@ -116,6 +116,11 @@ class AnimationPlayer:
         )
         return cameras.crop(camera, 0, 0, width, height, scale)
 
+    @property
+    def size(self):
+        """Width and height of the pictures, pixels."""
+        return self.camera.width, self.camera.height
+
     def camera_of(self, index):
         """The camera of a frame: the head's motion is the camera's, seen from the head.
 
@@ -194,34 +199,50 @@ def write_video(avatar, take, settings, output, note, key, sound=None, progress=
         InputError: the ending, the range or the sound cannot be used.
     """
     kind = video.kind_of(output)
-    codec = video.codec_of(kind)
     player = AnimationPlayer(avatar, take, settings)
-    key = key_of(key, digest(format_take(take)), asdict(settings), kind, codec)
-    progress = progress or (lambda step, done, total: None)
+    key = key_of(key, digest(format_take(take)), asdict(settings))
     with work_folder(output, work) as kept:
         heard = None if sound is None else video.read_sound(sound, kind, kept.folder)
-        parts = []
-        for first in range(0, player.count, PART):
-            indices = range(first, min(first + PART, player.count))
-
-            def counted(indices=indices):
-                for index, picture in zip(indices, player.pictures(indices)):
-                    progress("animate", index, player.count)
-                    yield picture
-
-            name = f"{first:08d}"
-            kept.step(
-                name,
-                key,
-                lambda: video.encode(counted(), kind, player.rate, codec),
-                lambda data: None,
-            )
-            parts.append(kept.folder / name)
-            progress("animate", indices[-1] + 1, player.count)
-        size = (player.camera.width, player.camera.height)
-        start = player.first / player.rate
-        video.join(output, parts, kind, player.rate, size, note, heard, start)
+        film(player, output, note, key, kept, heard, progress)
     return player
+
+
+def film(player, output, note, key, kept, heard=None, progress=None):
+    """Write what a player draws into a video file, part after part.
+
+    Args:
+        player: with `count` frames, `rate` frames a second, `first` (frames of the sound before
+            them), `size` (width, height) and `pictures(indices)`.
+        output: .mp4 or .webm; note: formats.video.Note.
+        key: what the pictures are made from.
+        kept: formats.work.Work, which holds the finished parts.
+        heard: sound from `video.read_sound`, or None.
+        progress: called with (step, done, total).
+    """
+    kind = video.kind_of(output)
+    codec = video.codec_of(kind)
+    key = key_of(key, kind, codec)
+    progress = progress or (lambda step, done, total: None)
+    parts = []
+    for first in range(0, player.count, PART):
+        indices = range(first, min(first + PART, player.count))
+
+        def counted(indices=indices):
+            for index, picture in zip(indices, player.pictures(indices)):
+                progress("animate", index, player.count)
+                yield picture
+
+        name = f"{first:08d}"
+        kept.step(
+            name,
+            key,
+            lambda: video.encode(counted(), kind, player.rate, codec),
+            lambda data: None,
+        )
+        parts.append(kept.folder / name)
+        progress("animate", indices[-1] + 1, player.count)
+    start = player.first / player.rate
+    video.join(output, parts, kind, player.rate, player.size, note, heard, start)
 
 
 def write_frames(avatar, take, settings, sequence, note, key, progress=None, work=None):

@@ -83,7 +83,7 @@ def tracked(
         )  # fmt: skip
         count = len(followed.seconds)
         solved = solve(followed, model, options, progress=lambda done: report("fit", done, count))
-        take = take_of(followed, solved, options)
+        take = take_of(solved, options, followed.doubt)
     except (InputError, FitError) as error:
         said = str(error)  # what the readers say names the file
         raise type(error)(said if said.startswith(f"{clip}") else f"{clip}: {said}") from None

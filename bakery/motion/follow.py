@@ -1,6 +1,6 @@
 """A clip to points in every frame: crop after crop, and looked for around its last place when lost."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -66,7 +66,14 @@ class Followed:
     points: np.ndarray  # [N, L, 2] float32 pixels; nan where no face was found
     width: int
     height: int
-    doubt: float = 0.0  # median error that the points network expects, outer-eye-corner distances
+    # [N] error that the points network expects, outer-eye-corner distances; nan where no face was
+    doubts: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def doubt(self) -> float:
+        """Median of `doubts`; 0 if they are not known."""
+        known = self.doubts[np.isfinite(self.doubts)]
+        return float(np.median(known)) if len(known) else 0.0
 
     @property
     def found(self) -> np.ndarray:
@@ -94,24 +101,32 @@ class Seen:
         return frames.frame_of_points(self.points)
 
 
-def follow(clip, detector, options=FollowOptions(), progress=None):
+def largest(faces):
+    """The largest of the Landmarks that a frame shows."""
+    return max(faces, key=lambda face: face.box[2] * face.box[3])
+
+
+def follow(clip, detector, options=FollowOptions(), progress=None, choose=largest):
     """Points in every frame.
 
     Args:
         clip: iterable of (seconds, [H, W, 3] uint8), as `formats.video.Clip.frames` gives.
         detector: any detectors.base.Detector; one that is no PlacingDetector finds faces anew each time.
         progress: called with the number of frames done.
+        choose: which of the Landmarks of the first frame with a face is followed; may raise.
 
     Raises:
         InputError: no face in any frame.
     """
     detector = placing(detector)
     seconds, points, doubts, last, lost, size = [], [], [], None, 0, (0, 0)
+    known = False
     blank = np.full((frames.POINTS, 2), np.nan, np.float32)
     for number, (now, picture) in enumerate(clip):
         size = picture.shape[:2]
-        seen = _look(picture, detector, last, options)
+        seen = _look(picture, detector, last, options, largest if known else choose)
         seconds.append(now)
+        doubts.append(np.nan if seen is None else seen.doubt)
         if seen is None:
             points.append(blank)
             lost += 1
@@ -120,27 +135,27 @@ def follow(clip, detector, options=FollowOptions(), progress=None):
         else:
             mended, _ = detector.closer(picture, seen.points, seen.errors)
             points.append(mended.astype(np.float32))
-            doubts.append(seen.doubt)
+            known = True
             after = frames.frame_of_points(mended)
             # A crop that follows every tremor of its own answer would pass it on.
             last = after if moved(seen.crop, after) > options.hold else seen.crop
             lost = 0
         if progress is not None:
             progress(number + 1)
-    if not doubts:
+    if not known:
         raise InputError(
             "no face found in any frame; give a clip of one face, upright and at least "
             f"{SMALLEST_FACE} pixels large"
         )
-    return Followed(np.array(seconds), np.array(points), size[1], size[0], float(np.median(doubts)))
+    return Followed(np.array(seconds), np.array(points), size[1], size[0], np.array(doubts))
 
 
-def _look(picture, detector, last, options):
+def _look(picture, detector, last, options, choose):
     """The face in one frame: in its last crop, in wider ones, in a window around it, anywhere near.
 
     Args:
         picture: [H, W, 3] uint8.
-        last: FaceFrame of the frames before; None takes the largest face of the picture.
+        last: FaceFrame of the frames before; None takes the face that `choose` says.
 
     Returns:
         Seen, or None if the face is not there.
@@ -149,8 +164,7 @@ def _look(picture, detector, last, options):
         faces = detector.detect(picture)
         if not faces:
             return None
-        largest = max(faces, key=lambda face: face.box[2] * face.box[3])
-        crop = frames.frame_of_points(largest.points)
+        crop = frames.frame_of_points(choose(faces).points)
         return _settle(picture, detector, _see(picture, detector, crop), options)
     held = _see(picture, detector, last)
     for wider in WIDER:

@@ -147,7 +147,7 @@ def track(followed, head, options=TrackOptions(), progress=None):
     Returns:
         formats.livelink.Take.
     """
-    return take_of(followed, solve(followed, head, options, progress), options)
+    return take_of(solve(followed, head, options, progress), options, followed.doubt)
 
 
 def solve(followed, head, options=TrackOptions(), progress=None):
@@ -215,18 +215,19 @@ def solve(followed, head, options=TrackOptions(), progress=None):
     )
 
 
-def take_of(followed, fits, options=TrackOptions()):
+def take_of(fits, options=TrackOptions(), doubt=0.0):
     """The take of a clip's fits: smoothed over time, the eyes' own fault taken off.
 
     Frames without a face are filled, see `gaps`; the take's notes count them.
 
     Args:
-        followed: follow.Followed; fits: fits.ClipFit of it.
+        fits: fits.ClipFit.
+        doubt: of the points, see `follow.Followed`.
 
     Returns:
         formats.livelink.Take.
     """
-    found, seconds, bridge = followed.found, followed.seconds, options.follow.bridge
+    found, seconds, bridge = fits.found, fits.seconds, options.follow.bridge
     gaze, weights = fits.gaze[found], steady(fits.expression[found], options.near, options.alike)
     gaze = gaze - np.clip(np.median(gaze, 0), -options.gaze_bias, options.gaze_bias)
     turns = [rotation.angles_of(rotation.matrix(turn)) for turn in fits.rotation[found]]
@@ -235,9 +236,9 @@ def take_of(followed, fits, options=TrackOptions()):
     weights = np.array([look(row, where) for row, where in zip(weights, gaze)])
     gaze = filled(gaze, found, seconds, bridge)
     notes = told(found, seconds, bridge)
-    if followed.doubt > options.doubt:
+    if doubt > options.doubt:
         notes += (
-            f"the face is hard to see (points unsure by {followed.doubt:.0%} of its size, limit "
+            f"the face is hard to see (points unsure by {doubt:.0%} of its size, limit "
             f"{options.doubt:.0%}); a brighter, sharper, larger picture of it is followed better",
         )
     return Take(

@@ -127,7 +127,7 @@ def test_a_clip_with_a_gap_is_told(monkeypatch):
     monkeypatch.setattr(files, "Clip", lambda path: SimpleNamespace(count=100, frames=lambda: ()))
     monkeypatch.setattr(files, "plug_in", lambda *_: None)
     for count, told in ((89, True), (95, False)):
-        seen = SimpleNamespace(seconds=np.arange(count))
+        seen = SimpleNamespace(seconds=np.arange(count), doubt=0.0)
         monkeypatch.setattr(files, "follow", lambda *_, seen=seen, **__: seen)
         made = Take(np.arange(count) / 25, np.zeros((count, 52)), np.zeros((count, 3)), None)
         monkeypatch.setattr(files, "solve", lambda *_, **__: None)

@@ -15,7 +15,7 @@ from bakery.formats.files import DiskError
 SAMPLE = Path(__file__).parents[2] / "samples" / "chidi.jpg"
 READ = {  # options that name a file or folder to read
     "landmarks", "fitted", "textures", "masks", "photos", "dense", "backgrounds",
-    "expressions", "skins", "pairs", "features", "portraits", "points", "wheel", "curves", "sound", "take",
+    "expressions", "skins", "pairs", "performers", "features", "portraits", "points", "wheel", "curves", "sound", "take",
     "bank", "file", "finder", "eye", "mouth", "real", "teacher", "weights", "meshes",
 }  # fmt: skip
 FILES = {
@@ -28,7 +28,7 @@ FILES = {
 FOLDERS = {"module", "pictures", "folder", "run", "work", "fits"}  # to write: always a folder
 FILLED = {"synth samples", "synth failures"}  # whose --output is a folder of many files
 GO_ON = {  # leave what is there alone
-    "synth training", "synth pairs", "synth portraits", "synth skins", "train pairs", "farm",
+    "synth training", "synth pairs", "synth performers", "synth portraits", "synth skins", "train pairs", "farm",
 }  # fmt: skip
 BUNDLES = {"build", "bundle"}  # whose --output is a bundle
 NAMES = {"name": "makehuman", "truth": "makehuman", "network": "finder"}  # arguments: no paths
@@ -114,6 +114,7 @@ def ending(name):
         "albedo": ".exr",
         "build": ".avatar",
         "animate": ".mp4",
+        "perform": ".mp4",
         "hair": ".glb",
     }
     return files.get(name, ".png")

@@ -94,7 +94,7 @@ def test_lost_frames_lie_between_their_neighbours(head):
 
 def test_a_face_that_is_hard_to_see_is_told(head):
     _, _, _, points = played(head, 8)
-    sure, unsure = (replace(followed(points), doubt=doubt) for doubt in (0.03, 0.06))
+    sure, unsure = (replace(followed(points), doubts=np.array([doubt])) for doubt in (0.03, 0.06))
     assert track(sure, head, FEW).notes == ()
     assert "unsure by 6% of its size, limit 4%" in track(unsure, head, FEW).notes[0]
 
@@ -186,7 +186,7 @@ def test_each_row_lies_on_the_face(clip, head):
 
 def test_the_take_is_made_of_them(clip, head):
     _, seen, fits = clip
-    take, whole = take_of(seen, fits, FEW), track(seen, head, FEW)
+    take, whole = take_of(fits, FEW, seen.doubt), track(seen, head, FEW)
     np.testing.assert_array_equal(take.weights, whole.weights)
     np.testing.assert_array_equal(take.head, whole.head)
     assert take.notes == whole.notes == ("2 frames without a face interpolated",)

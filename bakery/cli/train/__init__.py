@@ -9,6 +9,7 @@ from bakery.cli import options
 from bakery.cli.train.detector import bank, detector, export_detector
 from bakery.cli.train.identity import identity
 from bakery.cli.train.segment import portraits, segment, segment_export
+from bakery.cli.train.transfer import transfer, transfer_export
 
 folder = click.Path(path_type=Path)
 
@@ -212,3 +213,5 @@ train.add_command(identity)
 train.add_command(portraits)
 train.add_command(segment)
 train.add_command(segment_export)
+train.add_command(transfer)
+train.add_command(transfer_export)

@@ -89,15 +89,16 @@ class PatchDiscriminator(nn.Module):
         networks", CVPR 2017; Miyato et al., "Spectral normalization", ICLR 2018.
     """
 
-    def __init__(self, inputs, channels=32):
+    def __init__(self, inputs, channels=32, kernel=3):
+        """`kernel` of the last two layers: with 3 a patch has 54x54 pixels, with 4 70x70."""
         super().__init__()
         spectral = nn.utils.parametrizations.spectral_norm
         widths = [inputs + 3, channels, 2 * channels, 4 * channels]
         layers = []
         for wide, deep in zip(widths, widths[1:]):
             layers += [spectral(nn.Conv2d(wide, deep, 4, 2, 1)), nn.LeakyReLU(0.2)]
-        layers += [spectral(nn.Conv2d(widths[-1], 4 * channels, 3, 1, 1)), nn.LeakyReLU(0.2)]
-        self.layers = nn.Sequential(*layers, nn.Conv2d(4 * channels, 1, 3, 1, 1))
+        layers += [spectral(nn.Conv2d(widths[-1], 4 * channels, kernel, 1, 1)), nn.LeakyReLU(0.2)]
+        self.layers = nn.Sequential(*layers, nn.Conv2d(4 * channels, 1, kernel, 1, 1))
 
     def forward(self, conditions, change):
         """Logits [B, 1, H/8, W/8] of conditions [B, C, H, W] and a change [B, 3, H, W]."""

@@ -1,0 +1,140 @@
+"""What `bakery perform` does over files."""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+from bakery import __version__
+from bakery.bake import pipeline
+from bakery.bake.batch import is_fresh
+from bakery.errors import InputError
+from bakery.export import bundle as bundles
+from bakery.export.open import open_avatar
+from bakery.formats import video
+from bakery.formats.files import digest, digest_file
+from bakery.formats.livelink import format_take
+from bakery.formats.place import MANIFEST
+from bakery.formats.video import Note
+from bakery.formats.work import Work, key_of, work_folder
+from bakery.heads.file import load_head
+from bakery.motion.animate import AnimationPlayer, RenderSettings, film
+from bakery.motion.files import note_of, opened
+from bakery.motion.retarget import parse_gain, retarget
+from bakery.motion.track import TrackOptions
+from bakery.perform.performance import Performance, fitted
+from bakery.plugins import plug_in
+
+CONSENT = (
+    "both people, in the portrait and in the clip, have to agree to this; the video says that it is "
+    "synthetic"
+)
+MARK = " The movements are another person's, filmed; both have to agree to its use."
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What `bakery perform` was asked for."""
+
+    by: str = "avatar"  # what draws the face
+    over: str | None = None  # "portrait"; None is plain grey
+    settings: RenderSettings = RenderSettings()
+    face: int | None = None  # of the clip, from 1
+    rate: float | None = None  # frames a second of a folder of frames
+    fits: Path | None = None  # folder that keeps the fits
+    gain: tuple[str, ...] = ()
+    neutral: int | None = None
+    sound: bool = True
+    overwrite: bool = False
+    head: str = "makehuman"  # that is fitted to the clip, and baked of a portrait
+    detector: str = "network"
+    track: TrackOptions = TrackOptions()
+
+
+@dataclass(frozen=True)
+class Made:
+    """What came of it."""
+
+    frames: int
+    rate: float  # frames a second
+    notes: tuple[str, ...]
+
+
+def perform(
+    source: Path,
+    clip: Path,
+    output: Path,
+    wanted: Wanted,
+    progress: Callable[[str, int, int], None] | None = None,
+    work: Path | None = None,
+) -> Made:
+    """Play a clip of a performer with a portrait into a video.
+
+    Args:
+        source: bundle, or photo, of which one is baked first.
+        clip: video, or folder of numbered frames.
+        output: .mp4 or .webm.
+        progress: called with (step, done, total).
+        work: folder for finished parts that is kept.
+
+    Raises:
+        BakeryError: what the user can mend.
+    """
+    kind = video.kind_of(output)
+    gain = parse_gain(wanted.gain)
+    pictures, head = opened(clip, wanted.rate), load_head(wanted.head)
+    finder = plug_in("detectors", wanted.detector)
+    show = progress or (lambda step, done, total: None)
+    with work_folder(output, work) as kept:
+        bundle = baked(source, wanted, kept, show)
+        manifest = bundles.read_manifest(bundle)
+        avatar = open_avatar(bundle)
+        place = wanted.fits or kept.folder / "fits"
+        done = fitted(
+            pictures, head, finder, place, wanted.track, wanted.face, show,
+            wanted.overwrite or wanted.fits is None,
+        )  # fmt: skip
+        take = retarget(done.take, gain, wanted.neutral)
+        player = AnimationPlayer(avatar, take, over_settings(wanted))
+        heard, notes = sound_of(clip, kind, kept, wanted, done)
+        key = key_of(
+            __version__, digest_file(bundle / MANIFEST), digest(format_take(take)), wanted.by,
+            wanted.over, asdict(wanted.settings),
+        )  # fmt: skip
+        film(player, output, marked(note_of(manifest)), key, kept, heard, progress)
+    return Made(player.count, player.rate, notes)
+
+
+def baked(source: Path, wanted: Wanted, kept: Work, show: Callable[[str, int, int], None]) -> Path:
+    """The bundle that is played: the one given, or one baked of a photo into the work folder."""
+    if Path(source).is_dir():
+        return Path(source)
+    request = pipeline.Request(
+        Path(source), kept.folder / "portrait.avatar", head=wanted.head, keep_photo=True,
+        detector=wanted.detector, overwrite=True,
+    )  # fmt: skip
+    if not is_fresh(request):
+        pipeline.build(request, show)
+    return request.output
+
+
+def over_settings(wanted: Wanted) -> RenderSettings:
+    """How the head is drawn, by what it is put into."""
+    if wanted.over is None:
+        return wanted.settings
+    return replace(wanted.settings, view="photo")
+
+
+def sound_of(clip: Path, kind: str, kept: Work, wanted: Wanted, done: Performance):
+    """The clip's sound for a kind of video, or None, and what is told of the clip."""
+    if not wanted.sound or wanted.rate is not None:
+        return None, done.notes
+    try:
+        return video.read_sound(clip, kind, kept.folder), done.notes
+    except InputError as error:
+        said = str(error).removeprefix(f"{clip}: ")
+        return None, (*done.notes, f"left without sound: {said}")
+
+
+def marked(note: Note) -> Note:
+    """What a video of an avatar says about itself, and whose movements it shows."""
+    return replace(note, text=note.text + MARK)
