@@ -33,7 +33,7 @@ GOLDEN = ROOT / "tests" / "golden"
 REJECTED = ROOT / ".work" / "golden"  # both pictures of a failure lie there
 # The same cases at every run, and no clock: a busy machine must not fail a test.
 settings.register_profile(
-    "suite", derandomize=True, deadline=None, max_examples=60, database=None,
+    "suite", derandomize=True, deadline=None, max_examples=30, database=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )  # fmt: skip
 settings.load_profile("suite")

@@ -80,6 +80,7 @@ def test_an_interrupted_bake_goes_on(bakery, portrait, tmp_path):
     assert content(out) == whole
 
 
+@pytest.mark.slow
 def test_the_work_folder_of_its_own_is_found_and_cleared_away(process, bakery, portrait, tmp_path):
     """Without --work it lies hidden beside the bundle until that is complete.
 

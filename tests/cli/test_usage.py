@@ -120,7 +120,7 @@ def test_only_commands_that_go_on_say_so():
         name for name in cli.COMMANDS
         if getattr(cli.bakery.get_command(context, name), "resumes", False)
     }  # fmt: skip
-    assert goes_on == {"build", "animate"}
+    assert goes_on == {"build", "animate", "perform"}
 
 
 def test_ctrl_c_in_a_real_process(tmp_path):

@@ -103,6 +103,7 @@ def test_what_a_frame_costs(made_up, hairdo, make_site, browser, serve, tmp_path
     assert spent["0"] < SLOWER * spent["none"]
 
 
+@pytest.mark.slow
 def test_levels_light_and_layers(dressed, hairy_site, browser, serve):
     found = json.loads(browser("hair.mjs", serve(hairy_site.folder)))
     assert found["desk"]["levels"] == [0, 1, 2] and found["phone"]["levels"] == [1, 2, 2]

@@ -53,28 +53,33 @@ def check_shapes(found, head, numbers):
             assert np.sqrt((off[k] ** 2).sum() / (wanted[k] ** 2).sum()) < 0.1, name
 
 
+@pytest.mark.slow
 def test_it_says_what_it_assumed(again):
     about = "\n".join(again[1])
     for words in ("unit: m assumed", "z up, -y out of the face", "the file's triangles", "no uv"):
         assert words in about
 
 
+@pytest.mark.slow
 def test_its_shapes_come_back(again, head, numbers):
     check_shapes(again[0], head, numbers)
 
 
+@pytest.mark.slow
 def test_its_people_come_back(again, head, numbers):
     found = again[0].identity_basis[:, : len(numbers)]
     wanted = head.identity_basis[:, numbers]
     assert np.sqrt(((found - wanted) ** 2).sum() / (wanted**2).sum()) < 0.05
 
 
+@pytest.mark.slow
 def test_its_landmarks_come_back(again, head):
     off = again[0].landmarks(again[0].mean) - head.landmarks(head.mean)
     off = np.linalg.norm(off - np.median(off, axis=0), axis=1)
     assert np.median(off) < 0.1 and off.max() < 1.5
 
 
+@pytest.mark.slow
 def test_it_is_a_whole_head(again, tmp_path):
     found = again[0]
     missing = {name for k, name in enumerate(PARTS) if not (found.face_part == k).any()}
@@ -88,6 +93,7 @@ def test_it_is_a_whole_head(again, tmp_path):
     assert len(back.landmark_faces) == FACE + 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["", "jawOpen", "mouthPucker", "eyeBlinkLeft", "mouthSmileLeft"])
 def test_nothing_reaches_into_anything(again, name):
     found, weights = again[0], np.zeros(len(EXPRESSIONS))
@@ -97,6 +103,7 @@ def test_nothing_reaches_into_anything(again, name):
         assert depth.max(initial=0) <= DEEP, pair
 
 
+@pytest.mark.slow
 def test_lips_and_lids_part_and_close(again):
     found = again[0]
     rest = found.landmarks(found.mean)
