@@ -1,9 +1,8 @@
 """Other skin for performers: the texture augmentation of Olszewski 2017, section 7.2.
 
-"We perform PCA on the albedo images. To each albedo image, we add multiples of the found principal components
-with magnitudes proportional to the corresponding eigenvalues multiplied with a random variable drawn from
-a Gaussian with mean zero and standard deviation 0.1." In what unit an eigenvalue is, the paper does
-not say, and 0.1 of one means anything; here a person's step along mode i is
+The paper adds principal components of the albedos to each albedo, as far as their eigenvalues times a draw
+from N(0, 0.1) say. In what unit an eigenvalue is, it does not say, and 0.1 of one means anything; here
+a person's step along mode i is
 
     sigma_1 * (lambda_i / lambda_1) * spread * N(0, 1)
 
