@@ -34,6 +34,13 @@ def keep_options(run, options, free=("steps",)):
     path.write_text(json.dumps(table, indent=2) + "\n")
 
 
+def rate_at(step, options):
+    """Learning rate at a step: warm-up, plateau, linear fall to zero."""
+    start = options.decay_from * options.steps
+    fall = min(1.0, (options.steps - step + 1) / max(options.steps - start, 1))
+    return options.rate * min(1.0, step / 100) * fall
+
+
 def average(averaged, network, keep):
     """Draw the averaged network's state towards the network's: `keep` of the old stays."""
     with torch.no_grad():

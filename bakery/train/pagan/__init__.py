@@ -136,7 +136,7 @@ def train(run, folders, options=PaganOptions(), features=None):
     started, total = time.monotonic(), {}
     for batch in loader:
         step += 1
-        state.set_rate(rate_at(step, options))
+        state.set_rate(runs.rate_at(step, options))
         for name, value in state.step(batch, step, run).items():
             total[name] = total.get(name, 0.0) + value / options.log_every
         last = step == options.steps
@@ -196,13 +196,6 @@ def widened(network, options):
         tensor[: len(old[name])] = 0
         tensor[tuple(slice(size) for size in old[name].shape)] = old[name]
     return grown
-
-
-def rate_at(step, options):
-    """Learning rate at a step: warm-up, plateau, linear fall to zero."""
-    start = options.decay_from * options.steps
-    fall = min(1.0, (options.steps - step + 1) / max(options.steps - start, 1))
-    return options.rate * min(1.0, step / 100) * fall
 
 
 class _State:

@@ -113,13 +113,6 @@ def train(run, folders, options=TransferOptions()):
             started, total = time.process_time(), {}
 
 
-def rate_at(step, options):
-    """Learning rate at a step: warm-up, plateau, linear fall to zero."""
-    start = options.decay_from * options.steps
-    fall = min(1.0, (options.steps - step + 1) / max(options.steps - start, 1))
-    return options.rate * min(1.0, step / 100) * fall
-
-
 class _State:
     """The networks of a run, and one step of both."""
 
@@ -163,7 +156,7 @@ class _State:
             self.half = runs.bfloat16_pays(partial(self._work, batch))
             log.info("%s: %s", run, "bfloat16" if self.half else "float32")
         for group in self.adam.param_groups:
-            group["lr"] = rate_at(step, options)
+            group["lr"] = runs.rate_at(step, options)
         for group in self.judge_adam.param_groups:
             group["lr"] = options.judge_rate
         self.network.train()
