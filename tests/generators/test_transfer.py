@@ -1,4 +1,7 @@
-"""The texture transfer without trained weights: what it says at first, and bad input."""
+"""The texture transfer: what it says before it was trained, what ships, and bad input."""
+
+import hashlib
+import re
 
 import numpy as np
 import pytest
@@ -68,3 +71,17 @@ def test_other_files_are_told_apart(tmp_path):
     save_file({"a": np.zeros(1, np.float32)}, tmp_path / "other.safetensors")
     with pytest.raises(ModelError, match="holds no texture transfer"):
         transfer.load(tmp_path / "other.safetensors")
+
+
+def test_what_ships_carries_the_change_and_keeps_the_target():
+    card = transfer.WEIGHTS.with_suffix(".md").read_text(encoding="utf-8")
+    (digest,) = re.findall(r"SHA-256 ([0-9a-f]{64})", card)
+    painter = transfer.load()
+    assert digest == painter.sha256 == hashlib.sha256(transfer.WEIGHTS.read_bytes()).hexdigest()
+    pale, dark = (np.full((256, 256, 3), level, np.float32) for level in (0.7, 0.35))
+    rest = painter(pale, pale, dark)
+    assert abs(np.median(rest) - 0.35) < 0.05  # the performer is twice as light
+    shaded = pale.copy()
+    shaded[40:80, 100:150] *= 0.7
+    change = (rest - painter(shaded, pale, dark))[45:75, 105:145]
+    assert change.mean() > 0.005  # a flat face is not what it learned: it follows, with caution
