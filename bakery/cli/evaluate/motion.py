@@ -102,3 +102,34 @@ def animate(bundle, curves, base, size, frames, view, kind):
     )
     result = playing.measure(open_avatar(bundle), read_take(curves, base), settings, kind)
     click.echo(json.dumps(vars(result)))
+
+
+@click.command(cls=options.Command)
+@click.argument("performers", type=click.Path(path_type=Path))
+@click.option(
+    "--network", type=click.Path(path_type=Path, dir_okay=False),
+    help="Weights of `train transfer-export`; the built-in ones otherwise.",
+)  # fmt: skip
+@click.option(
+    "--expressions", default=8, show_default=True, type=click.IntRange(1), help="A pair of people."
+)
+@click.option("--pictures", type=click.Path(path_type=Path), help="Folder of a sheet a pair.")
+@options.overwrite
+def transfer(performers, network, expressions, pictures, overwrite):
+    """Expressions carried from one painted person to the next, beside direct delta transfer.
+
+    PERFORMERS is a folder of `bakery synth performers` with a seed that nothing was trained on. Their
+    textures lie on the painter's own geometry, with a fit's usual mistakes: kinder than a tracked
+    clip.
+    """
+    options.may_fill(pictures, overwrite)
+    from bakery.evaluate import transferring
+    from bakery.generators import transfer as transfers
+
+    trained, rows = transfers.load(network or transfers.WEIGHTS), []
+    if pictures:
+        pictures.mkdir(parents=True, exist_ok=True)
+    for name, scores in transferring.measure(performers, trained, expressions, pictures):
+        click.echo(json.dumps({"name": name} | {way: vars(one) for way, one in scores.items()}))
+        rows.append(scores)
+    click.echo(json.dumps(transferring.summary(rows)))
