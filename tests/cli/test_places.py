@@ -14,6 +14,7 @@ from bakery.formats.files import DiskError
 
 SAMPLE = Path(__file__).parents[2] / "samples" / "chidi.jpg"
 READ = {  # options that name a file or folder to read
+    "network",
     "landmarks", "fitted", "textures", "masks", "photos", "dense", "backgrounds",
     "expressions", "skins", "pairs", "performers", "features", "portraits", "points", "wheel", "curves", "sound", "take",
     "bank", "file", "finder", "eye", "mouth", "real", "teacher", "weights", "meshes",
