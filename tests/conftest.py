@@ -4,6 +4,7 @@ import contextlib
 import io
 import logging
 import os
+import pickle
 import runpy
 import signal
 import subprocess
@@ -90,13 +91,17 @@ def hairdo():
 
 
 @pytest.fixture(scope="session")
-def fitted(portrait, head):
+def fitted(portrait, head, once):
     """The painted portrait as a FittedSubject, by its landmarks; tests must not change it."""
     from bakery.bake.subject import FittedSubject
     from bakery.formats.record import read_faces
 
-    _, (face,) = read_faces(portrait[1])
-    return FittedSubject(portrait[0], face, head)
+    def fit(folder):
+        _, (face,) = read_faces(portrait[1])
+        subject = FittedSubject(portrait[0], face, head)
+        (folder / "subject.pickle").write_bytes(pickle.dumps(subject))
+
+    return pickle.loads((once("fitted", fit) / "subject.pickle").read_bytes())
 
 
 @pytest.fixture(scope="session")

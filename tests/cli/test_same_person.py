@@ -60,6 +60,7 @@ def test_what_is_refused(bakery, photos, tmp_path, command, output):
     assert not (tmp_path / output).exists()
 
 
+@pytest.mark.slow
 def test_one_bundle_that_knows_both_sides(bakery, bundle, photos, tmp_path):
     """Beside the bundle of one photo; generators, which differ, have no part in these textures."""
     place, *both = photos

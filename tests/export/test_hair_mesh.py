@@ -36,6 +36,11 @@ def own(hairy_bundle, tmp_path):
     return shutil.copytree(hairy_bundle, tmp_path / "own.avatar")
 
 
+@pytest.fixture(scope="module")
+def mesh(hairy_bundle):
+    return open_avatar(hairy_bundle).textures.hair_mesh
+
+
 def seal_anew(folder, **changes):
     """As the author of a bundle can: sizes and hashes fit whatever is in the files."""
     manifest = json.loads((folder / "avatar.json").read_text()) | changes
@@ -99,9 +104,17 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_arrays_that_do_not_go_together_are_refused(own, case, bakery, tmp_path):
+def test_arrays_that_do_not_go_together_are_refused(own, case, mesh):
     change, message = BAD[case]
-    mesh = open_avatar(own).textures.hair_mesh
+    record.write_arrays(own / hair_mesh.MESH, hair_mesh.arrays(mesh) | change(mesh))
+    seal_anew(own)
+    with pytest.raises(BundleError, match=re.escape(message)) as found:
+        open_avatar(own)
+    assert "\n" not in str(found.value)
+
+
+def test_what_is_refused_is_one_line_for_its_user(own, bakery, tmp_path, mesh):
+    change, message = BAD["uv beyond the atlas"]
     record.write_arrays(own / hair_mesh.MESH, hair_mesh.arrays(mesh) | change(mesh))
     seal_anew(own)
     (found,) = problems(own)
@@ -111,8 +124,7 @@ def test_arrays_that_do_not_go_together_are_refused(own, case, bakery, tmp_path)
     assert message in done.stderr and "Traceback" not in done.stderr
 
 
-def test_an_array_that_is_missing_is_named(own):
-    mesh = open_avatar(own).textures.hair_mesh
+def test_an_array_that_is_missing_is_named(own, mesh):
     less = {name: array for name, array in hair_mesh.arrays(mesh).items() if name != "hang"}
     record.write_arrays(own / hair_mesh.MESH, less)
     seal_anew(own)

@@ -14,7 +14,7 @@ from bakery.stages.condition import face_camera
 
 SIZE, SHARE = 192, 0.45  # pixels; of the picture that the face takes
 MEAN = 2.0  # of 255, where hair is drawn
-VIEWS = [(0, 0), (45, 10), (-80, 0), (160, -15)]
+VIEWS = [(45, 10), (-80, 0), (160, -15)]  # software draws each slowly: the front has no more to tell
 STILL, AHEAD = np.zeros(52, np.float32), np.zeros(2)
 
 
@@ -84,10 +84,12 @@ def test_parity(dressed, hairy_site, browser, serve, tmp_path, monkeypatch):
         )
         assert np.median(error[whole]) < 1.0, view
     # The test can fail: without hair the page shows another picture.
-    front = render.draw(avatar, vertices, camera_of(avatar, 0, 0), STILL, AHEAD)
-    bare = render.draw(avatar, vertices, camera_of(avatar, 0, 0), STILL, AHEAD, hair=False)
-    hairy = np.abs(levels(front) - levels(bare)).max(-1) > 4
-    assert np.abs(found[-1] - levels(front)).max(-1)[hairy].mean() > 10 * MEAN
+    dressed_, bare = (
+        levels(render.draw(avatar, vertices, camera_of(avatar, *VIEWS[0]), STILL, AHEAD, hair=hair))
+        for hair in (True, False)
+    )
+    hairy = np.abs(dressed_ - bare).max(-1) > 4
+    assert np.abs(found[-1] - dressed_).max(-1)[hairy].mean() > 10 * MEAN
 
 
 @pytest.mark.slow
