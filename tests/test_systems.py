@@ -72,7 +72,7 @@ print("good")
 """
 
 
-@pytest.mark.parametrize("platform", ["win32", "darwin"])
+@pytest.mark.parametrize("platform", ["win32", pytest.param("darwin", marks=pytest.mark.slow)])
 def test_every_module_can_be_imported_and_bundles_be_replaced(platform):
     command = [sys.executable, "-c", CODE, platform, " ".join(MISSING), " ".join(FUNCTIONS)]
     done = subprocess.run(command, capture_output=True, text=True)

@@ -57,9 +57,9 @@ def test_a_folder_becomes_bundles_and_one_bad_photo_stops_no_other(baked, bakery
 def test_fresh_bundles_are_skipped_and_stale_ones_need_overwrite(baked, bakery, folder):
     out, command, _ = baked
     before = (out / "ada.avatar" / "avatar.json").read_bytes()
+    command = [1 if word == 2 else word for word in command]  # process
     rows = states(bakery(*command))
     assert rows["ada.png"]["state"] == rows["bob.png"]["state"] == "fresh"
-    command = [1 if word == 2 else word for word in command]  # process
     other = [*command, "--set", "mask.resolution=64"]
     rows = states(bakery(*other))
     assert rows["ada.png"]["state"] == "failed" and "--overwrite" in rows["ada.png"]["error"]

@@ -14,7 +14,11 @@ from bakery.stages.condition import face_camera
 
 SIZE, SHARE = 192, 0.45  # pixels; of the picture that the face takes
 MEAN = 2.0  # of 255, where hair is drawn
-VIEWS = [(45, 10), (-80, 0), (160, -15)]  # software draws each slowly: the front has no more to tell
+VIEWS = [
+    (45, 10),
+    (-80, 0),
+    (160, -15),
+]  # software draws each slowly: the front has no more to tell
 STILL, AHEAD = np.zeros(52, np.float32), np.zeros(2)
 
 

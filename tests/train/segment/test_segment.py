@@ -134,6 +134,7 @@ def test_a_run_goes_on_where_it_was(painted, tmp_path):
         list(segment.train(tmp_path / "whole", sources, segment.SegmentTraining(steps=2)))
 
 
+@pytest.mark.slow
 def test_a_run_begins_with_weights_that_ship(painted, tmp_path):
     """At rate 0 they come out as they went in, to half precision."""
     options = segment.SegmentTraining(
