@@ -181,7 +181,13 @@ def test_a_bald_top_stays_bald(head, fit):
     assert mesh.vertices[faces][..., 1].max() < crown - 12
 
 
-@pytest.mark.parametrize("kind", ["none", "speck", "all", "above", "noise", "line"])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "none", "speck", "all", "above", "line",
+        pytest.param("noise", marks=pytest.mark.slow),  # as long as all the others
+    ],
+)  # fmt: skip
 def test_masks_that_no_hair_has(kind, head, fit):
     hair = np.zeros((SIDE, SIDE), bool)
     rng = np.random.default_rng(3)

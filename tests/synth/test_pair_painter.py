@@ -153,6 +153,7 @@ def test_blink_hides_the_eyes(stage, pairs):
     assert not np.isin(kind, [PARTS.index("eye_left"), PARTS.index("eye_right")]).any()
 
 
+@pytest.mark.slow
 def test_shards_go_on(head, tmp_path, monkeypatch):
     monkeypatch.setattr(pair_shards, "SUBJECTS", 1)
     monkeypatch.setattr(pair_shards.skins, "TEXELS", 256)
