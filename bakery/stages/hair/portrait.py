@@ -107,8 +107,7 @@ def look(
     picture = np.clip(warped(np.ascontiguousarray(encoded, np.float32)), 0, 1)
     scale_mm = mm * scale
     solid = (regions == HAIR) & (labels != HAT)
-    rims = bare_rims(picture, solid, regions == SKIN, scale_mm)
-    solid &= ~rims & (rims.sum() < MOSTLY * solid.sum())
+    solid = without_bare_rims(picture, solid, regions == SKIN, scale_mm)
     solid = before_face(picture, solid, labels, regions, scale_mm)
     solid = without_clothes(solid, regions == CLOTHES, scale_mm)
     solid = _patches(picture, solid, scale_mm)
@@ -195,10 +194,12 @@ def _patches(picture, solid, scale):
     return kept[number]
 
 
-def bare_rims(picture: np.ndarray, solid: np.ndarray, skin: np.ndarray, scale: float) -> np.ndarray:
-    """Thin rims [H, W] bool of labelled hair in the colour of the skin beside it: bald tops.
+def without_bare_rims(
+    picture: np.ndarray, solid: np.ndarray, skin: np.ndarray, scale: float
+) -> np.ndarray:
+    """Labelled hair [H, W] bool without thin rims in the colour of the skin beside it: bald tops.
 
-    Where they are `MOSTLY` all of it, the head is shaved, or hair is as dark as skin.
+    Where they are `MOSTLY` all of it, the head is shaved: what is left has the shape of no hair.
 
     Args:
         picture: [H, W, 3] sRGB-encoded.
@@ -206,17 +207,18 @@ def bare_rims(picture: np.ndarray, solid: np.ndarray, skin: np.ndarray, scale: f
         scale: pixels a millimetre.
     """
     if not skin.any() or not solid.any():
-        return np.zeros_like(solid)
+        return solid
     size = 2 * max(int(THIN * scale), 1) + 1
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     thin = solid & (cv2.morphologyEx(solid.astype(np.uint8), cv2.MORPH_OPEN, disk) == 0)
     core = cv2.erode(skin.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(np.float32)
     off = _apart(picture, diffuse(picture, core), solid, scale)
-    bare: np.ndarray = thin & (off < SKINNY)
+    bare = thin & (off < SKINNY)
     thick = solid & ~thin
     if thick.any():  # dark hair is near dark skin, and nearer to other hair
         bare &= off < _apart(picture, np.median(picture[thick], 0), solid, scale)
-    return bare
+    kept: np.ndarray = solid & ~bare & (bare.sum() < MOSTLY * solid.sum())
+    return kept
 
 
 def _apart(picture, colors, solid, scale):
