@@ -220,6 +220,20 @@ def test_a_side_seen_at_a_slant_has_the_colours_of_the_other(head):
     np.testing.assert_allclose(np.median(color, 0), BROWN, rtol=0.3)
 
 
+@pytest.mark.parametrize("row", [165, 180])
+def test_a_crack_between_hair_and_skin_grows_no_hair(head, seen, row):
+    """Occluders and shadows leave cracks in what the labels tell; made up, they are a dark line."""
+    atlas, visibility = seen
+    linear, mattes = photo_with_hair_above(row)
+    whole = hair_layer(linear, mattes, head, atlas, visibility)
+    for matte in (mattes.hair, mattes.strip, mattes.skin):
+        matte[row : row + 2] = 0
+    cracked = hair_layer(linear, mattes, head, atlas, visibility)
+    more = (cracked - whole)[..., 3].reshape(-1)[atlas.index]
+    below = (visibility.visible > 0.5) & (visibility.pixels[:, 1] > row)
+    assert more[below].max() < 0.05
+
+
 @pytest.mark.parametrize("shaved", [True, False])
 def test_rims_of_bald_tops_are_no_hair(shaved):
     """Hair around a face: a rim in skin's colour above brown sides, or all of it thin and like skin."""

@@ -41,6 +41,7 @@ POCKETS = 0.25  # of the eye distance, from the background: how far between stra
 LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
 ON_SKIN = (89.0, 82.0)  # degrees: off the scalp the photo says nothing beyond the first
 BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
+CRACK = 80  # share of the atlas that cracks between what the labels tell are wide, at most
 LINE = 110  # share of the atlas over which a hairline is smooth
 UNLIKE = 0.08  # distance of sRGB colours of hair and skin that can be told apart
 LIKE = (0.5, 0.7)  # of the way from skin's colour to hair's: no hair up to it, all from it on
@@ -146,11 +147,11 @@ def hair_layer(linear, mattes, head, atlas, visibility):
     inside = atlas.paint(np.ones(len(pixels), np.float32))
     growth = growth_on(head, atlas)
     strip = _near(growth)
-    here, bare, edge = (bilinear(m, pixels) for m in (mattes.hair, mattes.skin, mattes.strip))
+    here, edge = (bilinear(m, pixels) for m in (mattes.hair, mattes.strip))
     on_head = _above_the_neck(head, atlas)
     here, edge = here * on_head, edge * on_head
     # Background that a skull too large shows is no proof of a bald head.
-    proof = smoothstep(0.3, 0.9, here + edge + bare)
+    proof = smoothstep(0.3, 0.9, bilinear(_of_the_head(mattes, atlas.size), pixels))
     told, cosine = atlas.paint(visibility.visible * proof), atlas.paint(visibility.cosine)
     on_skin = soften(atlas.paint(visibility.weight(*ON_SKIN) * proof), inside)
     color = atlas.paint(bilinear(linear, pixels))
@@ -193,6 +194,20 @@ def hair_layer(linear, mattes, head, atlas, visibility):
     alpha = sum(alpha for _, alpha in layers)[..., None]
     # Where two layers meet, their blurs may add up to more than all.
     return np.concatenate([total, alpha], -1) / np.maximum(alpha, 1)
+
+
+def _of_the_head(mattes, size):
+    """How surely a pixel [H, W] 0..1 is of the head: cracks between hair, strip and skin are too.
+
+    In such a crack hair would be made up: a dashed dark line along the hairline.
+
+    Args:
+        size: T, of the atlas; the photo is about as dense.
+    """
+    width = int(size / CRACK) | 1
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
+    whole = np.clip(mattes.hair + mattes.strip + mattes.skin, 0, 1)
+    return cv2.morphologyEx(whole, cv2.MORPH_CLOSE, kernel)
 
 
 def _near(growth):
