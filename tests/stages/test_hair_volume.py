@@ -185,7 +185,7 @@ def test_a_bald_top_stays_bald(head, fit):
     "kind",
     [
         "none", "speck", "all", "above", "line",
-        pytest.param("noise", marks=pytest.mark.slow),  # as long as all the others
+        pytest.param("noise", marks=pytest.mark.slow),  # 2.8 s
     ],
 )  # fmt: skip
 def test_masks_that_no_hair_has(kind, head, fit):

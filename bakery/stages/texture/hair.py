@@ -147,11 +147,12 @@ def hair_layer(linear, mattes, head, atlas, visibility):
     inside = atlas.paint(np.ones(len(pixels), np.float32))
     growth = growth_on(head, atlas)
     strip = _near(growth)
-    here, edge = (bilinear(m, pixels) for m in (mattes.hair, mattes.strip))
+    here, bare, edge = (bilinear(m, pixels) for m in (mattes.hair, mattes.skin, mattes.strip))
     on_head = _above_the_neck(head, atlas)
     here, edge = here * on_head, edge * on_head
     # Background that a skull too large shows is no proof of a bald head.
-    proof = smoothstep(0.3, 0.9, bilinear(_of_the_head(mattes, atlas.size), pixels))
+    whole = _without_cracks(atlas.paint(here + edge + bare)).reshape(-1)[atlas.index]
+    proof = smoothstep(0.3, 0.9, whole)
     told, cosine = atlas.paint(visibility.visible * proof), atlas.paint(visibility.cosine)
     on_skin = soften(atlas.paint(visibility.weight(*ON_SKIN) * proof), inside)
     color = atlas.paint(bilinear(linear, pixels))
@@ -196,18 +197,14 @@ def hair_layer(linear, mattes, head, atlas, visibility):
     return np.concatenate([total, alpha], -1) / np.maximum(alpha, 1)
 
 
-def _of_the_head(mattes, size):
-    """How surely a pixel [H, W] 0..1 is of the head: cracks between hair, strip and skin are too.
+def _without_cracks(known):
+    """What labels tell [T, T] 0..1, cracks between hair, strip and skin closed.
 
     In such a crack hair would be made up: a dashed dark line along the hairline.
-
-    Args:
-        size: T, of the atlas; the photo is about as dense.
     """
-    width = int(size / CRACK) | 1
+    width = int(len(known) / CRACK) | 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
-    whole = np.clip(mattes.hair + mattes.strip + mattes.skin, 0, 1)
-    return cv2.morphologyEx(whole, cv2.MORPH_CLOSE, kernel)
+    return cv2.morphologyEx(known, cv2.MORPH_CLOSE, kernel)
 
 
 def _near(growth):
