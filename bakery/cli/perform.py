@@ -22,8 +22,10 @@ PLAN = {
     help="Video to write, .mp4 or .webm.",
 )  # fmt: skip
 @click.option(
-    "--by", type=click.Choice(["avatar"]), default="avatar", show_default=True,
-    help="What draws the face: avatar, its baked textures.",
+    "--by", type=click.Choice(["avatar", "transfer", "network"]), default="avatar", show_default=True,
+    help="What paints the face: avatar, its baked textures; transfer, each frame of the clip, whose "
+    "expression is carried over to the portrait's skin and mouth; network, the generator's own "
+    "picture of each frame.",
 )  # fmt: skip
 @click.option(
     "--over", type=click.Choice(["portrait"]),

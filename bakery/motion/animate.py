@@ -18,7 +18,7 @@ from bakery.geometry.color import to_encoded
 from bakery.heads.base import gaze_of
 from bakery.parallel import side_by_side
 from bakery.runtime.player import Player
-from bakery.runtime.render import in_photo, over_photo, portrait_at
+from bakery.runtime.render import in_photo, over_gray, over_photo, portrait_at
 from bakery.stages.condition import face_camera
 from bakery.stages.fit.gaze import LIMIT
 
@@ -138,20 +138,24 @@ class AnimationPlayer:
             self.camera, rotation=rotation.vector(turned), translation=where - turned @ pivot
         )
 
-    def picture(self, work, index):
+    def picture(self, work, index, painted=None):
         """Frame `index` of those shown: [H, W, 3] uint8 sRGB; with alpha, [H, W, 4], where it is
-        a single picture of the head alone.
+        a single picture of the head alone. `painted` is a runtime.painted.Painted of that frame.
         """
-        expression, gaze = self.weights[index], self.gaze[index]
-        camera, dynamic = self.camera_of(index), self.settings.dynamic
+        pose = self.camera_of(index), self.weights[index], self.gaze[index], self.settings.dynamic
         if self.background is None and self.settings.film:
-            return self.player.picture(work, camera, expression, gaze, dynamic)
+            return self.player.picture(work, *pose, painted)
         apart = self.background is not None
-        frame = self.player.frame(work, camera, expression, gaze, dynamic, apart)
+        return self.shown(index, self.player.frame(work, *pose, apart, painted))
+
+    def shown(self, index, frame):
+        """A render.Frame of frame `index` as a picture, as `picture` gives it; over the photo its
+        hair is apart.
+        """
         if self.background is None:
-            return cut_out(frame)
+            return _bytes(to_encoded(over_gray(frame))) if self.settings.film else cut_out(frame)
         vertices = self.avatar.neutral.copy()  # the hidden ones rest: nobody sees them
-        vertices[self.player.used] = self.player.vertices(expression, gaze)
+        vertices[self.player.used] = self.player.vertices(self.weights[index], self.gaze[index])
         over = over_photo(self.portrait, frame, vertices, self.background, self.source)
         return _bytes(to_encoded(over))
 

@@ -16,12 +16,15 @@ from bakery.formats.livelink import format_take
 from bakery.formats.place import MANIFEST
 from bakery.formats.video import Note
 from bakery.formats.work import Work, key_of, work_folder
+from bakery.generators.transfer import load
 from bakery.heads.file import load_head
 from bakery.motion.animate import AnimationPlayer, RenderSettings, film
 from bakery.motion.files import note_of, opened
 from bakery.motion.retarget import parse_gain, retarget
 from bakery.motion.track import TrackOptions
-from bakery.perform.performance import Performance, fitted
+from bakery.perform.network import NetworkPlayer
+from bakery.perform.performance import Performance, clip_key, fitted
+from bakery.perform.transfer import TransferPlayer
 from bakery.plugins import plug_in
 
 CONSENT = (
@@ -31,11 +34,14 @@ CONSENT = (
 MARK = " The movements are another person's, filmed; both have to agree to its use."
 
 
+BY = ("avatar", "transfer", "network")
+
+
 @dataclass(frozen=True)
 class Wanted:
     """What `bakery perform` was asked for."""
 
-    by: str = "avatar"  # what draws the face
+    by: str = "avatar"  # what draws the face: one of BY
     over: str | None = None  # "portrait"; None is plain grey
     settings: RenderSettings = RenderSettings()
     face: int | None = None  # of the clip, from 1
@@ -94,11 +100,21 @@ def perform(
             wanted.overwrite or wanted.fits is None,
         )  # fmt: skip
         take = retarget(done.take, gain, wanted.neutral)
-        player = AnimationPlayer(avatar, take, over_settings(wanted))
+        settings = over_settings(wanted)
+        if wanted.by == "transfer":
+            player: AnimationPlayer = TransferPlayer(
+                avatar, take, settings, done, head, lambda: opened(clip, wanted.rate), load()
+            )
+        elif wanted.by == "network":
+            player = NetworkPlayer(
+                avatar, take, settings, head, plug_in("generators", "pagan"), str(source)
+            )
+        else:
+            player = AnimationPlayer(avatar, take, settings)
         heard, notes = sound_of(clip, kind, kept, wanted, done)
         key = key_of(
-            __version__, digest_file(bundle / MANIFEST), digest(format_take(take)), wanted.by,
-            wanted.over, asdict(wanted.settings),
+            __version__, digest_file(bundle / MANIFEST), clip_key(pictures, head, wanted.track, wanted.face),
+            digest(format_take(take)), wanted.by, wanted.over, asdict(wanted.settings),
         )  # fmt: skip
         film(player, output, marked(note_of(manifest)), key, kept, heard, progress)
     return Made(player.count, player.rate, notes)

@@ -6,6 +6,7 @@ the mean is the mean of hair over each); a median looks at visible texels only.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -21,6 +22,7 @@ from bakery.runtime.blend import gaze_slide, lay_hair, nearest_gaze
 from bakery.runtime.hair_cards import hair_cards
 from bakery.runtime.lash_cards import card_sides, card_weights
 from bakery.runtime.mouth import neighbours
+from bakery.runtime.painted import Painted
 from bakery.runtime.render import BEHIND, SAMPLES, SHOWN, Frame, paintable
 from bakery.stages.texture.mouth import LIPS
 from bakery.types import Camera, Textures
@@ -81,6 +83,7 @@ class Player:
         self._prepare_lips(head, avatar.neutral)
         self.size = min(textures.neutral.shape[0], LARGEST)  # T
         self.squares, self.unit = _squares(textures, hair, self.size)
+        self.haired = hair
         self.known = _shrunk(paintable(textures), self.size)  # [T, T]
         self.felt = _felt(np.asarray(avatar.masks, np.float32), self.size)
         self.mouths = np.ascontiguousarray(sortable(textures.mouths).transpose(1, 2, 3, 0))
@@ -162,6 +165,13 @@ class Player:
         piece, self.hair_corners = _piece(self.hair.texture, self.hair.cards_uv)
         self.hair_texture = card_kernels.encoded(piece)
 
+    @cached_property
+    def layers(self) -> tuple[np.ndarray, np.ndarray | None]:
+        """T_0 [T, T, 3] and the hair that lies on it [T, T, 4], for skin that something else paints."""
+        textures = self.avatar.textures
+        layer = _shrunk(textures.hair, self.size) if self.haired else None
+        return _shrunk(textures.neutral, self.size), layer
+
     def workspace(self, width: int, height: int) -> Workspace:
         """New buffers for pictures of this size."""
         fine, size = (height * SAMPLES, width * SAMPLES), self.size
@@ -198,6 +208,7 @@ class Player:
         dynamic: bool = True,
         known: bool = True,
         apart: bool = False,
+        painted: Painted | None = None,
     ) -> None:
         """Draw a frame into a workspace; see `render.draw`. `known` asks for `Frame.face` too."""
         expression = np.asarray(expression, np.float32)
@@ -223,6 +234,9 @@ class Player:
             work.needed, self.squares, self.unit, *self.felt, product.astype(np.float32),
             work.plain, skin.reshape(self.size, self.size, 4),
         )  # fmt: skip
+        if painted is not None:
+            painted.onto(skin.reshape(self.size, self.size, 4), *self.layers)
+            work.plain[:] = False
         nearest = nearest_gaze(textures.gaze_directions, gaze)
         for cap, eye in zip(caps, self.eyes[nearest]):
             cap[:] = eye.reshape(-1, 4)
@@ -235,7 +249,9 @@ class Player:
         box_of_mouth = raster_kernels.reach(
             pixels[self.sheet], inverse[self.sheet], SAMPLES, camera.height, camera.width
         )
-        if kernels.mark_texels(
+        if painted is not None:
+            mouth[:, :3] = painted.mouth.reshape(-1, 3)
+        elif kernels.mark_texels(
             work.face, box_of_mouth, SAMPLES, self.kind, 1, work.planes, work.marks
         ):
             self._mouth(work.marks, expression, mouth.reshape(*work.marks.shape, 4))
@@ -263,9 +279,13 @@ class Player:
         card_kernels.lay_cards(pixels, inverse, *lashes, *where)  # behind hair
         shade(False, known, work.color, work.alpha)
 
+    def lips(self, expression: np.ndarray) -> np.ndarray:
+        """The lip landmarks [40, 2] of a pose, as `mouth_landmarks` gives them."""
+        moved: np.ndarray = self.lips_rest + np.tensordot(expression, self.lips_basis, 1)
+        return moved.astype(np.float32)
+
     def _mouth(self, seen: np.ndarray, expression: np.ndarray, out: np.ndarray) -> None:
-        lips = self.lips_rest + np.tensordot(expression, self.lips_basis, 1)
-        order, weights = neighbours(self.avatar.textures.mouth_landmarks, lips.astype(np.float32))
+        order, weights = neighbours(self.avatar.textures.mouth_landmarks, self.lips(expression))
         enough = 1 + int(np.searchsorted(np.cumsum(weights), 1 - TAIL))
         kernels.median_texels(
             seen, self.mouths, order[:enough], weights[:enough].astype(np.float32), COLORS, out
@@ -279,9 +299,10 @@ class Player:
         gaze: np.ndarray,
         dynamic: bool = True,
         apart: bool = False,
+        painted: Painted | None = None,
     ) -> Frame:
         """A `render.Frame`, with what the photo knows."""
-        self.draw_into(work, camera, expression, gaze, dynamic, apart=apart)
+        self.draw_into(work, camera, expression, gaze, dynamic, apart=apart, painted=painted)
         color = work.color.copy()
         hair = work.hair.copy() if apart and len(self.hair.vertices) else None
         return Frame(color[..., :3], work.alpha.copy(), color[..., 3], hair)
@@ -293,9 +314,10 @@ class Player:
         expression: np.ndarray,
         gaze: np.ndarray,
         dynamic: bool = True,
+        painted: Painted | None = None,
     ) -> np.ndarray:
         """The frame over plain grey: [H, W, 3] uint8 sRGB."""
-        self.draw_into(work, camera, expression, gaze, dynamic, known=False)
+        self.draw_into(work, camera, expression, gaze, dynamic, known=False, painted=painted)
         out = np.empty((*work.alpha.shape, 3), np.uint8)
         shading.encode_over(work.color, work.alpha, np.float32(GRAY), self.bytes, out)
         return out

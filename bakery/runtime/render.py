@@ -17,6 +17,7 @@ from bakery.runtime.cards import lay_picture
 from bakery.runtime.hair_cards import hair_cards, hair_layer, paint_cap
 from bakery.runtime.lash_cards import card_weights, lay_cards
 from bakery.runtime.mouth import mouth_picture
+from bakery.runtime.painted import Painted
 from bakery.runtime.relight import hair_shine, relit, skin_without
 from bakery.stages.texture.mouth import mouth_landmarks
 from bakery.types import Camera, Textures
@@ -50,6 +51,7 @@ def draw(
     hair: bool = True,
     light: np.ndarray | None = None,
     apart: bool = False,
+    painted: Painted | None = None,
 ) -> Frame:
     """Draw a deformed avatar.
 
@@ -63,6 +65,7 @@ def draw(
         hair: False leaves the hair out, layer and mesh.
         light: [9, 3] as `formats.light.read_light` gives it; None is the photo's own.
         apart: whether hair with volume is left to `over_photo`, which lays it over the photo too.
+        painted: skin and mouth that something else painted for this frame.
 
     Returns:
         Frame.
@@ -70,6 +73,8 @@ def draw(
     head, textures = avatar.head, avatar.textures
     still = np.zeros_like(expression)
     skin = face_texture(textures, avatar.masks, expression if dynamic else still)
+    if painted is not None:
+        painted.onto(skin, np.asarray(textures.neutral, np.float32), None)
     layer = textures.hair if hair else None
     if light is not None:
         skin = skin_without(avatar, skin, layer)
@@ -94,9 +99,11 @@ def draw(
     uv = interpolate(found, places)
     color = bilinear(skin, uv * skin.shape[0]) * hit[..., None]
 
-    proxies = {
-        "mouth_sheet": mouth_picture(textures, mouth_landmarks(head, avatar.neutral, vertices))
-    }
+    if painted is None:
+        mouth = mouth_picture(textures, mouth_landmarks(head, avatar.neutral, vertices))
+    else:
+        mouth = painted.mouth
+    proxies = {"mouth_sheet": mouth}
     nearest = nearest_gaze(textures.gaze_directions, gaze)
     eyes = np.asarray(textures.gaze[nearest], np.float32)
     slide = gaze_slide(gaze - textures.gaze_directions[nearest])

@@ -122,12 +122,17 @@ def paint(fitted, target, generator, hair=True):
 def _shown(fitted, seen, image, hair=True):
     """A generated picture [H, W, 3] linear with hair and background, encoded."""
     if hair:
-        uv = interpolate(seen.fragments, fitted.head.uv[fitted.head.uv_faces])
-        skin = is_part(seen.part, "skin")[..., None]
-        image = lay_hair(image, bilinear(fitted.hair, uv * fitted.hair.shape[0]) * skin)
+        image = haired(fitted, seen, image)
     inside = seen.part != NONE
     picture = np.where(inside[..., None], to_encoded(np.clip(image, 0, 1)), BACKGROUND)
     return picture.astype(np.float32)
+
+
+def haired(fitted, seen, image):
+    """A generated picture [H, W, 3] linear of Conditions, with the portrait's hair layer on it."""
+    uv = interpolate(seen.fragments, fitted.head.uv[fitted.head.uv_faces])
+    skin = is_part(seen.part, "skin")[..., None]
+    return lay_hair(image, bilinear(fitted.hair, uv * fitted.hair.shape[0]) * skin)
 
 
 def _changed(deformed, layers, affine):

@@ -1,12 +1,15 @@
 """`bakery perform`: shots fitted anew, fits kept, consent and mark; what it refuses, in one line."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
+from bakery.export.open import open_avatar
 from bakery.formats import record, video
+from bakery.formats.record import read_faces
 from bakery.formats.video import Clip
 
 SAMPLES = Path(__file__).resolve().parents[2] / "samples"
@@ -124,3 +127,73 @@ def test_into_the_portrait(bundle, bakery, clip, tmp_path):
     done = bakery(*command, "--frames", "2:5", "--no-sound")
     assert done.returncode == 0, done.stderr
     assert [picture.shape for _, picture in Clip(out).frames()] == [(120, 100, 3)] * 3
+
+
+@pytest.fixture(scope="module")
+def blotched(tmp_path_factory):
+    """A painted person who does nothing; from the fifth of eight frames on a cheek is darker."""
+    whole = cv2.imread(str(SAMPLES / "chidi.jpg"))
+    small = cv2.resize(whole, SIZE, interpolation=cv2.INTER_AREA)[..., ::-1]
+    marks = read_faces(SAMPLES / "chidi.json")[1][0].points * SIZE[0] / whole.shape[1]
+    middle = tuple(int(n) for n in (marks[50] + 0.3 * (marks[205] - marks[50])))  # right cheek
+    mask = cv2.circle(np.zeros(small.shape[:2], np.float32), middle, 14, 1, cv2.FILLED)
+    darker = small * (1 - 0.45 * cv2.GaussianBlur(mask, (0, 0), 4)[..., None])
+    pictures = [small] * 4 + [np.uint8(darker)] * 4
+    return film(tmp_path_factory.mktemp("blotched") / "clip.mp4", pictures)
+
+
+@pytest.mark.parametrize("hair", ["--hair", "--no-hair"])
+def test_transfer_carries_what_the_skin_does(bundle, bakery, blotched, tmp_path, hair):
+    """A cheek that darkens darkens on the portrait, in its place; what rests is the avatar's own.
+
+    The network takes a blotch for a part only of what the face does.
+    """
+    fits, films = tmp_path / "fits", {}
+    for by in ("avatar", "transfer"):
+        out = tmp_path / f"{by}.mp4"
+        command = ["perform", bundle, blotched, "-o", out, "--by", by, "--fits", fits, "--size", 256]
+        done = bakery(*command, hair)
+        assert done.returncode == 0 and "8 frames" in done.stderr, done.stderr
+        films[by] = np.array([picture for _, picture in Clip(out).frames()], float)
+    change = films["transfer"] - films["avatar"]
+    still, dark = change[:4].mean((0, 3)), change[4:].mean((0, 3))
+    assert np.abs(still).mean() < 1.0  # levels of 255; the codec alone makes some
+    apart = cv2.GaussianBlur(dark - still, (0, 0), 4)
+    row, column = np.unravel_index(apart.argmin(), apart.shape)
+    assert apart.min() < -2 and apart.max() < 1
+    assert 120 < row < 180 and 70 < column < 125  # the subject's right cheek, left in the picture
+
+
+def test_transfer_goes_on_as_if_it_had_not_stopped(bundle, bakery, blotched, tmp_path):
+    """Frames from the middle are those of the whole: no frame depends on which came before."""
+    fits, films = tmp_path / "fits", {}
+    for frames in ("0:8", "5:8"):
+        out = tmp_path / "a.mp4"
+        command = ["perform", bundle, blotched, "-o", out, "--overwrite", "--fits", fits]
+        done = bakery(*command, "--by", "transfer", "--size", 64, "--frames", frames)
+        assert done.returncode == 0, done.stderr
+        films[frames] = np.array([picture for _, picture in Clip(out).frames()], float)
+    assert np.abs(films["0:8"][5:] - films["5:8"]).mean() < 2  # of 255: they are encoded anew
+
+
+@pytest.mark.slow  # 40 s: the portrait is fitted again, and painted frame by frame
+@pytest.mark.parametrize("over", [(), ("--over", "portrait")])
+def test_the_network_paints_each_frame(bundle, bakery, blotched, tmp_path, over):
+    films = {}
+    for by in ("avatar", "network"):
+        out = tmp_path / f"{by}.mp4"
+        command = ["perform", bundle, blotched, "-o", out, "--by", by, "--fits", tmp_path / "fits"]
+        done = bakery(*command, "--size", 256, "--frames", "2:5", *over)
+        assert done.returncode == 0, done.stderr
+        films[by] = np.array([picture for _, picture in Clip(out).frames()], float)
+    apart = np.abs(films["network"] - films["avatar"]).mean()
+    assert 0.02 < apart < 4  # a face of the same person in the same place, not the same picture
+
+
+def test_the_network_wants_the_photo(bakery, bundle, blotched, tmp_path, monkeypatch):
+    def bare(path):
+        return replace(open_avatar(path), photo=None)
+
+    monkeypatch.setattr("bakery.perform.files.open_avatar", bare)
+    done = bakery("perform", bundle, blotched, "-o", tmp_path / "a.mp4", "--by", "network")
+    refused(done, ".avatar: keeps no photo, which --by network paints from", tmp_path)

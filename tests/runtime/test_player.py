@@ -7,6 +7,7 @@ from bakery.geometry.color import to_encoded
 from bakery.heads.base import PARTS, weights
 from bakery.runtime import kernels
 from bakery.runtime.mouth import mouth_picture, neighbours, weighted_median
+from bakery.runtime.painted import Painted
 from bakery.runtime.player import COLORS, Player, sortable
 from bakery.runtime.render import SHOWN, draw, over_gray
 from bakery.stages.condition import face_camera
@@ -31,8 +32,8 @@ def worst(player, avatar, seed, **options):
     reference = draw(avatar, vertices, camera, expression, gaze, **options)
     dynamic = options.get("dynamic", True)
     work = player.workspace(160, 160)
-    frame = player.frame(work, camera, expression, gaze, dynamic)
-    picture = player.picture(work, camera, expression, gaze, dynamic)
+    frame = player.frame(work, camera, expression, gaze, dynamic, painted=options.get("painted"))
+    picture = player.picture(work, camera, expression, gaze, dynamic, options.get("painted"))
     colors = [to_encoded(over_gray(one)) for one in (reference, frame)]
     apart = np.abs(colors[0] - colors[1]).max(-1)
     assert (
@@ -52,6 +53,51 @@ def test_frames_are_those_of_the_reference(player, noise_avatar, seed):
 def test_static_textures_and_no_hair(noise_avatar):
     color, *_ = worst(Player(noise_avatar, hair=False), noise_avatar, 1, dynamic=False, hair=False)
     assert (color > 0.5 / 255).mean() < 2e-4
+
+
+def painting(avatar, seed):
+    """A random Painted whose window ends between texels."""
+    rng = np.random.default_rng(seed)
+    share = np.clip(rng.random((20, 30)) * 2 - 0.5, 0, 1)
+    return Painted(
+        rng.uniform(0.5, 1.5, (20, 30, 3)).astype(np.float32),
+        share.astype(np.float32),
+        (0.213, 0.1, 0.5, 0.477),
+        rng.random((*avatar.textures.mouths.shape[1:3], 3)).astype(np.float32),
+    )
+
+
+@pytest.mark.parametrize("hair", [True, False])
+def test_frames_that_something_else_painted(noise_avatar, hair):
+    """As the reference draws them; and a frame after them shows nothing of them."""
+    player, painted = Player(noise_avatar, hair), painting(noise_avatar, 3)
+    color, *_ = worst(player, noise_avatar, 1, hair=hair, painted=painted)
+    assert (color > 0.5 / 255).mean() < 2e-4
+    without, *_ = worst(Player(noise_avatar, hair), noise_avatar, 1, hair=hair)
+    assert (without > 0.5 / 255).mean() < 2e-4
+    expression, gaze, yaw = random_frame(1)
+    camera = face_camera(
+        noise_avatar.fit, noise_avatar.head, noise_avatar.neutral, yaw, 5.0, 160, 0.6
+    )
+    pose = camera, expression, gaze
+    work, fresh = player.workspace(160, 160), player.workspace(160, 160)
+    shown = player.picture(work, *pose, painted=painted)
+    after, alone = player.picture(work, *pose), player.picture(fresh, *pose)
+    assert (shown != alone).any(-1).mean() > 0.05 and np.array_equal(after, alone)
+
+
+def test_a_painted_ratio_lands_where_it_belongs():
+    """A ratio that rises across its window multiplies texels by their place in it."""
+    across = (np.arange(40) + 0.5) / 40
+    ratio = np.repeat(np.tile(across, (10, 1))[..., None], 3, -1).astype(np.float32)
+    share = np.ones((10, 40), np.float32)
+    painted = Painted(ratio, share, (0.25, 0.5, 0.5, 0.25), np.zeros((2, 2, 3), np.float32))
+    skin = np.zeros((160, 160, 4), np.float32)
+    painted.onto(skin, np.ones((160, 160, 3), np.float32), None)
+    place = ((np.arange(160) + 0.5) / 160 - 0.25) / 0.5
+    inside = slice(44, 116)  # beyond the middle of the first and last pixel it stays level
+    assert np.allclose(skin[90, inside, :3], place[inside, None], atol=1e-5)
+    assert not skin[:79].any() and not skin[:, 121:].any() and not skin[..., 3].any()
 
 
 def test_the_test_can_fail(player, noise_avatar):

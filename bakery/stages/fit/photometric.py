@@ -271,6 +271,22 @@ def start_appearance(energy, state, rounds=4):
     return state
 
 
+def light_of(head, model, camera, shape, photo, points, basis, options):
+    """The light [9, 3] of a picture in which the head is known to stand; shape and camera are held.
+
+    Args:
+        camera, shape: of the picture; photo: Photo; points: [L, 2] pixels; as in `fit_photo`.
+    """
+    weights, sure = options.weights, np.ones(len(points))
+    energy = Energy(head, model, points, sure, shape.expression, basis, weights)
+    state = State(camera, shape, Appearance(basis.light.astype(float), np.zeros(len(basis.modes))))
+    level = pyramid(photo, points, None, options.level_widths)[0]
+    energy.look_at(level, choose_samples(head, model.modes, basis, options.level_samples[0]), state)
+    if energy.trust.sum() < LEAST_SAMPLES:
+        return state.appearance.light
+    return start_appearance(energy, state).appearance.light
+
+
 def dark_share(energy, state, residual):
     """Share of the seen plain skin whose colour is below DARK of what smooth light gives it."""
     turned = energy.corners(state.shape) @ rotation.matrix(state.camera.rotation).T

@@ -99,6 +99,12 @@ def _window(head):
     return (low[0] + high[0] - side) / 2, low[1] - (SKIN_HEIGHT * side - height) / 2, side
 
 
+def skin_window(head: HeadModel) -> tuple[float, float, float, float]:
+    """Left, top, width and height, shares of the head's atlas, of what the skin's rows show."""
+    left, top, side = _window(head)
+    return left, top, side, side * SKIN_HEIGHT
+
+
 def _on_square(uv, window):
     left, top, side = window
     return (uv - [left, top]) / side
