@@ -151,7 +151,19 @@ def test_transfer_carries_what_the_skin_does(bundle, bakery, blotched, tmp_path,
     fits, films = tmp_path / "fits", {}
     for by in ("avatar", "transfer"):
         out = tmp_path / f"{by}.mp4"
-        command = ["perform", bundle, blotched, "-o", out, "--by", by, "--fits", fits, "--size", 256]
+        command = [
+            "perform",
+            bundle,
+            blotched,
+            "-o",
+            out,
+            "--by",
+            by,
+            "--fits",
+            fits,
+            "--size",
+            256,
+        ]
         done = bakery(*command, hair)
         assert done.returncode == 0 and "8 frames" in done.stderr, done.stderr
         films[by] = np.array([picture for _, picture in Clip(out).frames()], float)
