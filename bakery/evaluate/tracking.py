@@ -91,6 +91,12 @@ def still_frames(played):
 
 def paint_clip(head, seed, performance, options=CLIP):
     """Yield the frames of one random person, camera and light: [H, W, 3] uint8 sRGB."""
+    for picture in painted(head, seed, performance, options):
+        yield (picture.encoded * 255 + 0.5).astype(np.uint8)
+
+
+def painted(head, seed, performance, options=CLIP):
+    """Yield the frames of one random person, camera and light: synth.render.Picture."""
     rng = np.random.default_rng(seed)
     subject = random_subject(rng, head, options.spread)
     scene = random_scene(rng, options.size, options.size, 0.0)
@@ -105,8 +111,7 @@ def paint_clip(head, seed, performance, options=CLIP):
         )
         one = replace(scene, camera=camera, expression=face, gaze=gaze, grain=1.0, quality=None)
         one = replace(one, blur=0.5, seed=scene.seed + index)
-        picture = paint(wardrobe, one, options.supersample, options.quality).encoded
-        yield (picture * 255 + 0.5).astype(np.uint8)
+        yield paint(wardrobe, one, options.supersample, options.quality)
 
 
 def still_clip(picture, count, seed=0):

@@ -1,8 +1,9 @@
-"""The mouth of a transferred texture, made sharp by the target's own (Olszewski 2017, section 5.4).
+"""The mouth of a frame: the target's own, bent onto what the performer's does (Olszewski 2017, section 5.4).
 
-The paper redraws the inferred mouth, which is soft, with the performer's by SIFT flow. Here the
-target's own baked mouths are what is bent onto it: teeth keep their person. The flow is OpenCV's
-dense inverse search, which takes milliseconds.
+The paper redraws the mouth that its network inferred, which is soft, with the performer's by SIFT
+flow. Here too the performer's sheet says where lips, teeth and tongue are, in the target's colours; the
+target's own baked mouth is bent onto it, so that teeth keep their person. The flow is OpenCV's dense
+inverse search, which takes milliseconds.
 
 References:
     Kroeger et al., "Fast Optical Flow using Dense Inverse Search", ECCV 2016.
@@ -13,32 +14,35 @@ import numpy as np
 
 from bakery.geometry.color import to_encoded, to_linear
 
+DARK = 0.02  # sRGB-encoded, in ratios
 FAR = 0.08  # of the sheet's width, the farthest that the flow may bend
 STIFF = 0.03  # of the sheet's width, sigma by which the flow is smoothed
-TONE = 0.08  # of the sheet's width, sigma above which colours are those of the transfer
+TONE = 0.08  # of the sheet's width, sigma above which light and shade are the performer's
 GAIN = 1.6  # by which they may change the target's own
-UNLIKE = 0.16  # sRGB-encoded: where the bent mouth is so far from the transfer, it is not taken
+UNLIKE = 0.16  # sRGB-encoded: where the bent mouth is so far from the performer's, it is not taken
 
 
-def refined(made: np.ndarray, own: np.ndarray) -> np.ndarray:
-    """A transferred mouth with the detail of the target's own.
+def refined(acted: np.ndarray, own: np.ndarray) -> np.ndarray:
+    """The performer's mouth in the target's colours and with the detail of the target's own.
 
     Args:
-        made: [h, w, 3] sRGB-encoded 0..1, soft, as the network gave it.
+        acted: [h, w, 3] sRGB-encoded 0..1, the performer's mouth in the frame.
         own: [h, w, 3] linear, the mouth that the avatar shows in this pose.
 
     Returns:
         [h, w, 3] float32 linear.
     """
-    width = made.shape[1]
+    width = acted.shape[1]
     sharp = to_encoded(np.clip(own, 0, 1)).astype(np.float32)
+    gain = (sharp.mean((0, 1)) + DARK) / (acted.mean((0, 1)) + DARK)
+    made = np.clip(acted * gain, 0, 1).astype(np.float32)
     flow = _flow(made, sharp)
     rows, columns = np.mgrid[: made.shape[0], :width].astype(np.float32)
     bent = cv2.remap(
         sharp, columns + flow[..., 0], rows + flow[..., 1], cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_REPLICATE,
     )  # fmt: skip
-    want, have = (cv2.GaussianBlur(x, (0, 0), TONE * width) + 0.02 for x in (made, bent))
+    want, have = (cv2.GaussianBlur(x, (0, 0), TONE * width) + DARK for x in (made, bent))
     toned = np.clip(bent * np.clip(want / have, 1 / GAIN, GAIN), 0, 1)
     soft = 0.02 * width
     apart = np.abs(cv2.GaussianBlur(toned, (0, 0), soft) - cv2.GaussianBlur(made, (0, 0), soft))

@@ -1,9 +1,12 @@
 """`--by transfer`: each frame's skin and mouth, carried from the performer's (Olszewski 2017, section 5).
 
-    frame -> expression texture (its camera and shape, the light of the shot) -> TextureTransfer
-          -> ratio to what it makes of the performer's rest -> runtime.painted -> the player
+    frame -> expression texture (its camera and shape, the light of the shot)
+          -> skin: TextureTransfer, as a ratio to what it makes of the performer's rest
+          -> mouth: the performer's, redrawn with the target's own (`mouths`)
+          -> runtime.painted -> the player
 
-The eyes are the avatar's own, turned as the performer's are.
+The network's own mouth is not shown: it was 1 to 3 dB further from the truth (docs/log-perform.md). The eyes are
+the avatar's own, turned as the performer's are.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -20,6 +23,7 @@ from bakery.formats.video import Clip
 from bakery.generators.transfer import TextureTransfer
 from bakery.geometry.color import to_linear
 from bakery.heads.base import PARTS, HeadModel
+from bakery.memo import once_per_object
 from bakery.motion.animate import AnimationPlayer, RenderSettings
 from bakery.motion.fits import ClipFit
 from bakery.perform.mouths import refined
@@ -140,29 +144,25 @@ class Target:
     seen: np.ndarray  # [SIZE, SIZE] 0..1
     inner: np.ndarray  # [rows, SIZE] 0..1: 0 at the edge of the skin
 
-    def mouth(self, expression: np.ndarray, made: np.ndarray) -> np.ndarray:
-        """The picture [h, w, 3] linear of the mouth proxy for a transferred texture `made`."""
+    def mouth(self, expression: np.ndarray, acted: np.ndarray) -> np.ndarray:
+        """The picture [h, w, 3] linear of the mouth proxy, for the performer's texture of a frame."""
         textures = self.player.avatar.textures
         order, weights = neighbours(textures.mouth_landmarks, self.player.lips(expression), COMPANY)
         own = weighted_median(textures.mouths[order], weights)
-        return refined(np.clip(_sheet(made, own.shape[:2]), 0, 1), own)
+        return refined(np.clip(_sheet(acted, own.shape[:2]), 0, 1), own)
+
+    def texture(
+        self, expression: np.ndarray, gaze: np.ndarray, painted: Painted | None = None
+    ) -> np.ndarray:
+        """The expression texture [SIZE, SIZE, 3] of the target as it is drawn."""
+        return _shown(self.player.avatar, expression, gaze, painted)[0]
 
 
 def target_of(player: Player) -> Target:
     """The Target of an avatar that is played."""
     avatar = player.avatar
-    head, still, ahead = avatar.head, np.zeros(len(EXPRESSIONS), np.float32), np.zeros(2)
-    camera = face_camera(avatar.fit, head, avatar.neutral, 0.0, 0.0, DRAWN, 0.8)
-    frame = Player(avatar, hair=False).frame(
-        player.workspace(DRAWN, DRAWN), camera, still, ahead, dynamic=False
-    )
-    rest, seen = read_texture(
-        over_gray(frame),
-        camera,
-        head,
-        head.vertices(avatar.neutral, still, ahead),
-        avatar.fit.light,
-    )
+    head = avatar.head
+    rest, seen = _shown(avatar, np.zeros(len(EXPRESSIONS), np.float32), np.zeros(2))
     atlas = expression_atlas(head, SIZE)
     skin = atlas.paint((atlas.part == PARTS.index("skin")).astype(np.uint8))
     skin = skin[: round(SKIN_HEIGHT * SIZE)]
@@ -172,6 +172,21 @@ def target_of(player: Player) -> Target:
     away = cv2.distanceTransform(cv2.copyMakeBorder(whole, 1, 1, 1, 1, 0), cv2.DIST_L2, 5)
     inner = np.clip(away[1:-1, 1:-1] / (EDGE * SIZE) - 0.3, 0, 1).astype(np.float32)
     return Target(player, rest, seen, inner)
+
+
+def _shown(avatar, expression, gaze, painted=None):
+    """The expression texture of an avatar as it is drawn from ahead, without hair, and what is seen."""
+    head, player = avatar.head, _bald(avatar)
+    camera = face_camera(avatar.fit, head, avatar.neutral, 0.0, 0.0, DRAWN, 0.8)
+    work = player.workspace(DRAWN, DRAWN)
+    frame = player.frame(work, camera, expression, gaze, painted=painted)
+    shape = head.vertices(avatar.neutral, expression, gaze)
+    return read_texture(over_gray(frame), camera, head, shape, avatar.fit.light)
+
+
+@once_per_object
+def _bald(avatar):
+    return Player(avatar, hair=False)
 
 
 class TransferPlayer(AnimationPlayer):
@@ -221,6 +236,17 @@ class TransferPlayer(AnimationPlayer):
         target = self.target
         return self.transfer(texture, performer.rest, target.rest, seen, target.seen)
 
+    def carried(
+        self, number: int, picture: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The performer's texture in a frame of the clip, that made of it for the target, and the
+        performer's at rest: [SIZE, SIZE, 3] each. The face is seen in that frame's shot.
+        """
+        performer = self.performers[id(self.performance.shot_of(number))]
+        assert performer is not None
+        texture, seen = performer.texture(number, picture)
+        return texture, self._carried(performer, texture, seen), performer.rest
+
     def painted(self, index: int, picture: np.ndarray) -> Painted | None:
         """Skin and mouth of a frame, of the clip's picture [H, W, 3] uint8 that belongs to it."""
         number = int(self.sources[index])
@@ -237,7 +263,7 @@ class TransferPlayer(AnimationPlayer):
         skin, rest = (to_linear(x[:rows]) + FLOOR for x in (made, self._rests[id(shot)]))
         ratio = np.clip(skin / rest, 1 / STRONGEST, STRONGEST).astype(np.float32)
         share = (self.target.inner * seen[:rows] * sure).astype(np.float32)
-        mouth = self.target.mouth(self.weights[index], made)
+        mouth = self.target.mouth(self.weights[index], texture)
         return Painted(ratio, share, skin_window(self.avatar.head), mouth)
 
     def picture(self, work: object, index: object, painted: Painted | None = None) -> np.ndarray:
