@@ -13,6 +13,7 @@ import numpy as np
 
 from bakery.generators.channels import FAR, NEAR
 from bakery.generators.shade import BLUR, EYES, MOUTH, is_part
+from bakery.geometry.color import LUMA
 from bakery.geometry.fill import around, smoothstep
 
 FRAME_SCALE = 2.42 / 512  # pixels a mm over the side of a frame: 165 mm take 78% of it
@@ -74,6 +75,34 @@ def teeth_relief(part, shade, per_mm):
     out = np.ones(part.shape, np.float32)
     out[window] = np.exp(np.where(inside, light - mean, 0))
     return out
+
+
+def teeth_tinted(color, alpha, deformed, part):
+    """Colour [H, W, 3] that is painted over teeth, in the tint that the texture's teeth have.
+
+    The network makes teeth yellower than real ones, and greenish in bluish light. Light and shade of
+    what it paints stay; so do other colours than teeth's, as lips before them.
+
+    Args:
+        color: [H, W, 3] linear; alpha: [H, W] 0..1.
+        deformed: [H, W, 3] linear, the deformed neutral: its teeth have the tint of the photo's light.
+        part: [H, W] uint8 into PARTS.
+    """
+    teeth = is_part(part, "teeth_upper", "teeth_lower")
+    own = color[teeth]
+    # Pale is what teeth are; what is redder than them is a lip or the tongue that hides them.
+    pale = smoothstep(2.2, 1.4, own[:, 0] / np.maximum(own[:, 1], 1e-4))
+    weight = alpha[teeth] * pale * (own @ LUMA)  # what is seen best says most
+    if weight.sum() < 1e-3:
+        return color
+    wanted, found = _tint(weight @ deformed[teeth]), _tint(weight @ own)
+    out = color.copy()
+    out[teeth] = own * (1 + pale[:, None] * (wanted / found - 1))
+    return out
+
+
+def _tint(color):
+    return color / max(float(color @ LUMA), 1e-6)
 
 
 def _under_lids(eyes, per_mm):

@@ -22,7 +22,12 @@ from bakery.generators.base import Subject
 from bakery.generators.channels import NONE, condition_channels, expression_channels
 from bakery.generators.eyes import with_photographed_eyes
 from bakery.generators.fold_maps import TINT, FoldMaps
-from bakery.generators.interior import FRAME_SCALE, interior_shade, teeth_relief
+from bakery.generators.interior import (
+    FRAME_SCALE,
+    interior_shade,
+    teeth_relief,
+    teeth_tinted,
+)
 from bakery.generators.lids import with_lids
 from bakery.generators.shade import is_part
 from bakery.generators.unet import NetworkOptions, UNet, byte_range, input_channels, parts_of
@@ -105,6 +110,7 @@ class PaganGenerator:
         ratio = np.exp(log_ratio) * shade[..., None]
         relief = teeth_relief(channels.part, shade, per_mm)
         color, alpha = change[..., 3:6] * relief[..., None], change[..., 6] * face
+        color = teeth_tinted(color, alpha, conditions.deformed_neutral, channels.part)
         if not interior_only:
             color, alpha = with_lids(subject, conditions, color, alpha)
         image = _laid(conditions.deformed_neutral * ratio, color, alpha)
