@@ -266,6 +266,39 @@ def test_dark_hair_on_dark_skin_is_no_rim():
     assert mattes.hair[60:160, 66:72].min() > 0.9 and mattes.hair[20, 100] > 0.9
 
 
+@pytest.mark.parametrize("lighter", [True, False])
+def test_cropped_hair_that_shines_on_top_keeps_its_sides(lighter):
+    """Its sides are as dark as dark skin, and what is left above is a highlight; under a brown top
+    sides like skin are shaved."""
+    labels = np.full((200, 200), BACKGROUND, np.uint8)
+    labels[5:120, 63:137] = HAIR
+    labels[50:170, 75:125] = SKIN
+    photo = photo_of(labels)
+    photo[labels == SKIN], photo[labels == HAIR] = (0.31, 0.24, 0.21), (0.25, 0.19, 0.17)
+    photo[5:50, 63:137] = 0.6 if lighter else 0.05
+    segmentation = Segmentation(labels, (labels == SKIN).astype(np.float32))
+    mattes = mattes_of(photo, segmentation, points_with_eyes(50.0))
+    side = mattes.hair[70:110, 66:72]
+    assert side.min() > 0.9 if lighter else side.max() == 0
+    assert mattes.hair[20, 100] > 0.9
+
+
+def test_a_highlight_does_not_colour_the_back():
+    """Hair is seen where a lamp shines on it; far from there it is as dull as at its sides."""
+    dull, shine = np.array([0.03, 0.02, 0.02], np.float32), np.float32(0.3)
+    nothing = np.zeros((64, 64), np.float32)
+    photo = np.full((64, 64, 3), (0.08, 0.05, 0.04), np.float32)
+    photo[:20], photo[20:40] = shine, dull
+    mattes = replace(Mattes(*[nothing] * 7), hair=nothing.copy(), skin=nothing.copy())
+    mattes.hair[:40], mattes.skin[40:] = 1, 1
+    color, sure = np.full((256, 256, 3), shine, np.float32), np.zeros((256, 256), np.float32)
+    sure[20:60, 64:192] = 1
+    made = np.exp(_tone(color, sure, np.ones((256, 256), np.float32), photo, mattes))
+    np.testing.assert_allclose(made[120:], np.broadcast_to(dull, (136, 256, 3)), rtol=0.05)
+    assert made[50, 128].min() > 0.2  # and beside it there is no edge
+    assert np.abs(np.diff(np.log(made[:, 128, 1]))).max() < 0.25
+
+
 def test_what_is_hardly_sure_makes_no_colour_of_its_own():
     """Interpolated growth is -1e-7 in places; divided by, it gave colours of 1e4 at a hairline."""
     rng = np.random.default_rng(0)

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from bakery.geometry import camera as cameras
-from bakery.geometry.color import to_linear
+from bakery.geometry.color import LUMA, to_linear
 from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
 from bakery.geometry.raster import rasterize
 from bakery.heads.base import HeadModel
@@ -199,6 +199,8 @@ def without_bare_rims(
 ) -> np.ndarray:
     """Labelled hair [H, W] bool without thin rims in the colour of the skin beside it: bald tops.
 
+    Rims below hair that is lighter than skin are hair: it shines on top.
+
     Where they are `MOSTLY` all of it, the head is shaved: what is left has the shape of no hair.
 
     Args:
@@ -217,8 +219,20 @@ def without_bare_rims(
     thick = solid & ~thin
     if thick.any():  # dark hair is near dark skin, and nearer to other hair
         bare &= off < _apart(picture, np.median(picture[thick], 0), solid, scale)
-    kept: np.ndarray = solid & ~bare & (bare.sum() < MOSTLY * solid.sum())
-    return kept
+    kept: np.ndarray = solid & ~bare
+    if bare.sum() >= MOSTLY * solid.sum():
+        return np.zeros_like(solid)
+    shine = kept.any() and np.median(picture[kept] @ LUMA) > np.median(picture[skin] @ LUMA)
+    return solid if shine and _above(kept, bare) else kept
+
+
+def _above(one, other):
+    """Whether a mask [H, W] lies above another: the middle of its rows does.
+
+    No head is bald at its sides alone: cropped hair is as dark as dark skin there, and shines on top.
+    """
+    middles = [np.median(np.nonzero(mask)[0]) for mask in (one, other) if mask.any()]
+    return len(middles) == 2 and middles[0] < middles[1]
 
 
 def _apart(picture, colors, solid, scale):

@@ -45,6 +45,8 @@ CRACK = 80  # share of the atlas that cracks between what the labels tell are wi
 LINE = 110  # share of the atlas over which a hairline is smooth
 UNLIKE = 0.08  # distance of sRGB colours of hair and skin that can be told apart
 LIKE = (0.5, 0.7)  # of the way from skin's colour to hair's: no hair up to it, all from it on
+SHINING = (1.8, 2.4)  # upper over lower fifth of hair's lightness: even, shining
+GLOSS = (1.4, 1.9)  # lightness over that of dull hair: such, highlights
 REACH = 25  # share of the atlas over which what is made up passes to the hair's middle colour
 LEFT = 0.05  # of what is labelled hair
 FRAYED = 0.12  # how far locks reach over it
@@ -266,18 +268,41 @@ def _tone(color, sure, own, linear, mattes):
     if not (inner.any() and skin.any()):
         return _from_both(dark, sure, own)
     both = [np.median(linear[where], 0) for where in (inner, skin)]
-    if np.linalg.norm(to_encoded(both[0]) - to_encoded(both[1])) < UNLIKE:
+    dull, shining = _dull(linear[inner])
+    level = to_encoded(np.maximum(color @ LUMA, 0)) / max(float(to_encoded(dull @ LUMA)), 1e-3)
+    middle = np.log(np.maximum(both[0] + shining * (dull - both[0]), 1e-3)).astype(np.float32)
+    kept = sure * (1 - shining * smoothstep(*GLOSS, level))
+    if np.linalg.norm(to_encoded(both[0]) - to_encoded(both[1])) >= UNLIKE:
+        shown = to_encoded(np.maximum(color, 0))
+        off = [np.linalg.norm(shown - to_encoded(each), axis=-1) for each in both]
+        kept = kept * smoothstep(*LIKE, off[1] / np.maximum(off[0] + off[1], 1e-6))
+    elif shining == 0:
         return _from_both(dark, sure, own)
-    shown = to_encoded(np.maximum(color, 0))
-    off = [np.linalg.norm(shown - to_encoded(middle), axis=-1) for middle in both]
-    kept = sure * smoothstep(*LIKE, off[1] / np.maximum(off[0] + off[1], 1e-6))
-    middle = np.log(np.maximum(both[0], 1e-3)).astype(np.float32)
-    if kept.sum() < LEFT * sure.sum():
-        return np.broadcast_to(middle, dark.shape)
-    # The border of what is seen is a hairline, where skin shines through: it does not tell of the back.
-    continued = _from_both(dark, kept.astype(np.float32), own)
-    near = cv2.GaussianBlur(kept.astype(np.float32), (0, 0), len(kept) / REACH)
-    return middle + np.clip(2 * near, 0, 1)[..., None] * (continued - middle)
+    tone = np.broadcast_to(middle, dark.shape)
+    if kept.sum() >= LEFT * sure.sum():
+        # The border of what is seen is a hairline, where skin shines through: it does not tell of the back.
+        tone = middle + _beside(kept) * (_from_both(dark, kept.astype(np.float32), own) - middle)
+    if shining == 0:
+        return tone
+    # A highlight fades out, or what is made up would end at its border.
+    return tone + shining * _beside(sure - kept) * (_from_both(dark, sure, own) - tone)
+
+
+def _beside(sure):
+    """How near texels are to what is `sure` [T, T]: [T, T, 1] 0..1."""
+    near = cv2.GaussianBlur(sure.astype(np.float32), (0, 0), len(sure) / REACH)
+    return np.clip(2 * near, 0, 1)[..., None]
+
+
+def _dull(colors):
+    """The colour [3] of hair [n, 3] linear off its highlights, and how far it has such, 0..1.
+
+    Cropped hair shines where the lamp is, on top: its back and sides do not.
+    """
+    level = to_encoded(colors @ LUMA)
+    low, high = np.quantile(level, (0.2, 0.8))
+    shining = float(smoothstep(*SHINING, high / max(low, 1e-3)))
+    return np.median(colors[level <= low], 0), shining
 
 
 def _from_both(values, sure, own):
