@@ -62,7 +62,7 @@ class Player:
     """An avatar made ready to be drawn fast; threads may share it."""
 
     def __init__(self, avatar: Avatar, hair: bool = True) -> None:
-        self.avatar = avatar
+        self.avatar, self.haired = avatar, hair
         head, textures = avatar.head, avatar.textures
         shown, cards = head.part_faces(*SHOWN), head.part_faces(*CARDS)
         used, compact = np.unique(head.faces[[*shown, *cards]], return_inverse=True)
@@ -83,7 +83,6 @@ class Player:
         self._prepare_lips(head, avatar.neutral)
         self.size = min(textures.neutral.shape[0], LARGEST)  # T
         self.squares, self.unit = _squares(textures, hair, self.size)
-        self.haired = hair
         self.known = _shrunk(paintable(textures), self.size)  # [T, T]
         self.felt = _felt(np.asarray(avatar.masks, np.float32), self.size)
         self.mouths = np.ascontiguousarray(sortable(textures.mouths).transpose(1, 2, 3, 0))
@@ -168,9 +167,8 @@ class Player:
     @cached_property
     def layers(self) -> tuple[np.ndarray, np.ndarray | None]:
         """T_0 [T, T, 3] and the hair that lies on it [T, T, 4], for skin that something else paints."""
-        textures = self.avatar.textures
-        layer = _shrunk(textures.hair, self.size) if self.haired else None
-        return _shrunk(textures.neutral, self.size), layer
+        neutral, layer = self.avatar.textures.neutral, self.avatar.textures.hair
+        return _shrunk(neutral, self.size), _shrunk(layer, self.size) if self.haired else None
 
     def workspace(self, width: int, height: int) -> Workspace:
         """New buffers for pictures of this size."""
