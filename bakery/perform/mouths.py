@@ -26,7 +26,7 @@ def refined(acted: np.ndarray, own: np.ndarray) -> np.ndarray:
     """The performer's mouth in the target's colours and with the detail of the target's own.
 
     Args:
-        acted: [h, w, 3] sRGB-encoded 0..1, the performer's mouth in the frame.
+        acted: [h, w, 3] sRGB-encoded 0..1, the performer's mouth in the frame, toned as the target's.
         own: [h, w, 3] linear, the mouth that the avatar shows in this pose.
 
     Returns:
@@ -34,8 +34,7 @@ def refined(acted: np.ndarray, own: np.ndarray) -> np.ndarray:
     """
     width = acted.shape[1]
     sharp = to_encoded(np.clip(own, 0, 1)).astype(np.float32)
-    gain = (sharp.mean((0, 1)) + DARK) / (acted.mean((0, 1)) + DARK)
-    made = np.clip(acted * gain, 0, 1).astype(np.float32)
+    made = np.asarray(acted, np.float32)
     flow = _flow(made, sharp)
     rows, columns = np.mgrid[: made.shape[0], :width].astype(np.float32)
     bent = cv2.remap(

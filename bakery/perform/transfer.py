@@ -21,12 +21,12 @@ from bakery.errors import InputError
 from bakery.formats.stills import Stills
 from bakery.formats.video import Clip
 from bakery.generators.transfer import TextureTransfer
-from bakery.geometry.color import to_linear
+from bakery.geometry.color import to_encoded, to_linear
 from bakery.heads.base import PARTS, HeadModel
 from bakery.memo import once_per_object
 from bakery.motion.animate import AnimationPlayer, RenderSettings
 from bakery.motion.fits import ClipFit
-from bakery.perform.mouths import refined
+from bakery.perform.mouths import DARK, refined
 from bakery.perform.performance import Performance, Shot
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.mouth import neighbours, weighted_median
@@ -48,6 +48,7 @@ from bakery.stages.texture.expression import (
 )
 from bakery.types import EXPRESSIONS, Photo
 
+OPEN = 6  # frames of a shot whose mouths say how light and red the performer's are
 RESTS = 5  # frames of a shot that say how the performer rests
 TURN = 0.02  # of weight that a degree of the head's turn counts as, among frames to choose from
 FLOOR = 0.01  # linear, in ratios
@@ -56,6 +57,9 @@ EDGE = 0.03  # of the texture's side over which its skin fades into the avatar's
 BRIDGE = 3.0  # frames: over as many the transfer fades where the face is hidden
 DRAWN = 768  # pixels of the picture of the target that its resting texture is read from
 COMPANY = 8  # baked mouths that the target's own mouth is the median of
+_OPENS = [
+    EXPRESSIONS.index(name) for name in ("jawOpen", "mouthLowerDownLeft", "mouthLowerDownRight")
+]
 _EYES = [number for number, name in enumerate(EXPRESSIONS) if name.startswith("eyeLook")]
 
 
@@ -88,6 +92,9 @@ class Performer:
     light: np.ndarray  # [9, 3], camera space
     sure: np.ndarray  # [n] 0..1, how far each frame of the shot is believed
     rest: np.ndarray  # [SIZE, SIZE, 3] sRGB-encoded 0..1
+    talk: tuple[
+        tuple[int, np.ndarray], ...
+    ]  # frames of the shot with open mouths, and their textures
 
     def texture(self, number: int, picture: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What a frame of the clip shows, as `read_texture` gives it."""
@@ -102,6 +109,13 @@ def resting_frames(fits: ClipFit, count: int = RESTS) -> np.ndarray:
     turned = np.degrees(np.linalg.norm(fits.rotation - np.median(fits.rotation, 0), axis=1))
     effort = np.where(fits.found, effort + TURN * turned, np.inf)
     return np.sort(np.argsort(effort, kind="stable")[: min(count, int(fits.found.sum()))])
+
+
+def open_frames(fits: ClipFit, count: int = OPEN) -> np.ndarray:
+    """Frames of a shot, from 0 and rising, that show the mouth from open to half open."""
+    opening = np.where(fits.found, fits.expression[:, _OPENS].sum(1), -np.inf)
+    order = np.argsort(-opening, kind="stable")[: max(int(fits.found.sum()) // 2, 1)]
+    return np.sort(order[np.unique(np.linspace(0, len(order) - 1, count).astype(int))])
 
 
 def performer_of(shot: Shot, head: HeadModel, frames: Frames) -> Performer | None:
@@ -126,7 +140,11 @@ def performer_of(shot: Shot, head: HeadModel, frames: Frames) -> Performer | Non
     read = [_read(own, neutral, fits, int(n), p, light)[0] for n, p in zip(chosen, pictures)]
     sure = cv2.erode(fits.found.astype(np.float32), np.ones((3, 1)))
     sure = np.minimum(sure, cv2.GaussianBlur(sure, (1, 0), sigmaX=0, sigmaY=BRIDGE)).ravel()
-    return Performer(shot, fits, own, neutral, light, sure, np.mean(read, 0))
+    talk = tuple(
+        (int(n), _read(own, neutral, fits, int(n), frames.picture(shot.first + int(n)), light)[0])
+        for n in open_frames(fits)
+    )
+    return Performer(shot, fits, own, neutral, light, sure, np.mean(read, 0), talk)
 
 
 def _read(head, neutral, fits, number, picture, light):
@@ -144,12 +162,28 @@ class Target:
     seen: np.ndarray  # [SIZE, SIZE] 0..1
     inner: np.ndarray  # [rows, SIZE] 0..1: 0 at the edge of the skin
 
-    def mouth(self, expression: np.ndarray, acted: np.ndarray) -> np.ndarray:
-        """The picture [h, w, 3] linear of the mouth proxy, for the performer's texture of a frame."""
+    def own_mouth(self, expression: np.ndarray) -> np.ndarray:
+        """The picture [h, w, 3] linear of the mouth proxy that the avatar itself shows."""
         textures = self.player.avatar.textures
         order, weights = neighbours(textures.mouth_landmarks, self.player.lips(expression), COMPANY)
-        own = weighted_median(textures.mouths[order], weights)
-        return refined(np.clip(_sheet(acted, own.shape[:2]), 0, 1), own)
+        return weighted_median(textures.mouths[order], weights)
+
+    def tone(self, performer: Performer) -> np.ndarray:
+        """What [3] a performer's mouth is multiplied by, sRGB-encoded, to be as light and red as the
+        target's: of the means over the same poses, whatever each shows.
+        """
+        own = [self.own_mouth(performer.fits.expression[number]) for number, _ in performer.talk]
+        acted = [_sheet(texture, one.shape[:2]) for (_, texture), one in zip(performer.talk, own)]
+        ours, theirs = (
+            np.mean([picture.mean((0, 1)) for picture in pictures], 0) + DARK
+            for pictures in ([to_encoded(np.clip(one, 0, 1)) for one in own], acted)
+        )
+        return np.asarray(ours / theirs, np.float32)
+
+    def mouth(self, expression: np.ndarray, acted: np.ndarray, tone: np.ndarray) -> np.ndarray:
+        """The picture [h, w, 3] linear of the mouth proxy, for the performer's texture of a frame."""
+        own = self.own_mouth(expression)
+        return refined(np.clip(_sheet(acted, own.shape[:2]) * tone, 0, 1), own)
 
     def texture(
         self, expression: np.ndarray, gaze: np.ndarray, painted: Painted | None = None
@@ -224,9 +258,11 @@ class TransferPlayer(AnimationPlayer):
             id(shot): performer_of(shot, head, self.frames) for shot in performance.shots
         }
         self._rests: dict[int, np.ndarray] = {}
+        self._tones: dict[int, np.ndarray] = {}
         for key, performer in self.performers.items():
             if performer is not None:
                 self._rests[key] = self._carried(performer, performer.rest, None)
+                self._tones[key] = self.target.tone(performer)
         seconds = performance.seconds - performance.seconds[0]
         middles = (seconds[1:] + seconds[:-1]) / 2
         shown = (self.first + np.arange(self.count)) / self.rate
@@ -263,7 +299,7 @@ class TransferPlayer(AnimationPlayer):
         skin, rest = (to_linear(x[:rows]) + FLOOR for x in (made, self._rests[id(shot)]))
         ratio = np.clip(skin / rest, 1 / STRONGEST, STRONGEST).astype(np.float32)
         share = (self.target.inner * seen[:rows] * sure).astype(np.float32)
-        mouth = self.target.mouth(self.weights[index], texture)
+        mouth = self.target.mouth(self.weights[index], texture, self._tones[id(shot)])
         return Painted(ratio, share, skin_window(self.avatar.head), mouth)
 
     def picture(self, work: object, index: object, painted: Painted | None = None) -> np.ndarray:
