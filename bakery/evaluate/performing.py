@@ -120,9 +120,8 @@ def measure(
     drawn = {name: list(player.pictures(scene.frames)) for name, player in ways.items()}
     rates = _rates(avatar, performed, head, scene.clip)
     network = load_features()
-    faces = [_cut(p, truth.landmarks) for truth in scene.truth for p in (_bytes(truth.encoded),)]
-    likeness = features_of(network, np.array([_cut(scene.rest, scene.points), faces[0]]))
-    portrait = features_of(network, _own(avatar, scene)[None])[0]
+    own = _cut(_bytes(avatar.photo), avatar.fit.landmarks_projected)
+    portrait, performer = features_of(network, np.array([own, _cut(scene.rest, scene.points)]))
     shown = {}
     for name, made in drawn.items():
         rows = [_compare(p / 255, t) for p, t in zip(made, scene.truth)]
@@ -130,7 +129,7 @@ def measure(
         features = features_of(network, cuts)
         shown[name] = Shown(
             *np.mean(rows, 0), float((features @ portrait).mean()),
-            float((features @ likeness[0]).mean()), rates[name],
+            float((features @ performer).mean()), rates[name],
         )  # fmt: skip
     textures = _textures(ways["transfer"], scene, head)
     if pictures:
@@ -175,33 +174,26 @@ def _compare(made, truth):
 def _cut(picture, points):
     """The face [GRID, GRID, 3] uint8 of a picture, black outside."""
     mask = hull_mask(points[:FACE], *picture.shape[:2])[..., None]
-    return _bytes(
-        np.clip(warp_pixels((picture / 255.0) * mask, face_crop(points[:FACE], GRID), GRID), 0, 1)
-    )
-
-
-def _own(avatar, scene):
-    return _cut(_bytes(avatar.photo), avatar.fit.landmarks_projected)
+    return _bytes(warp_pixels((picture / 255.0) * mask, face_crop(points[:FACE], GRID), GRID))
 
 
 def _textures(player: TransferPlayer, scene: Scene, head: HeadModel) -> dict[str, Texture]:
     """Texture of each way, means of the frames."""
-    skin = expression_atlas(head).paint(
-        (expression_atlas(head).part == PARTS.index("skin")).astype(np.uint8)
-    )
+    atlas = expression_atlas(head)
+    skin = atlas.paint((atlas.part == PARTS.index("skin")).astype(np.uint8))
     mouth, rows = mouth_texels(head), []
     target = player.target.rest
     for frame, truth in zip(scene.frames, scene.truth):
         linear = to_linear(truth.encoded).astype(np.float32)
         right, seen = read_texture(linear, truth.camera, head, truth.vertices, truth.light)
-        number = int(player.sources[frame])
-        picture = player.frames.picture(number)
-        source, made, rest = player.carried(number, picture)
+        number = int(player.shows[frame])
+        picture, performer = player.frames.picture(number), player.role_of(number).performer
+        source, _, made = player.carried(performer, number, picture)
         pose = player.weights[frame], player.gaze[frame]
         ways = {
             "transfer": player.target.texture(*pose, player.painted(frame, picture)),
             "network": made,
-            "delta": np.clip(target + source - rest, 0, 1),
+            "delta": np.clip(target + source - performer.rest, 0, 1),
             "avatar": player.target.texture(*pose),
             "neutral": target,
         }
@@ -228,7 +220,7 @@ def mean_of(rows):
 def _sheet(path, scene, drawn, player):
     lines = []
     for row, frame in enumerate(scene.frames):
-        source = player.frames.picture(int(player.sources[frame]))
+        source = player.frames.picture(int(player.shows[frame]))
         side = PORTRAIT.size
         first = cv2.resize(source, (side, side), interpolation=cv2.INTER_AREA)
         made = [drawn[name][row] for name in ("avatar", "transfer", "network")]

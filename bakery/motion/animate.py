@@ -159,21 +159,30 @@ class AnimationPlayer:
         over = over_photo(self.portrait, frame, vertices, self.background, self.source)
         return _bytes(to_encoded(over))
 
+    def sources(self, indices):
+        """Yield (index, what `painted` makes the frame from); textures that are baked need nothing."""
+        return ((index, None) for index in indices)
+
+    def painted(self, index, source):
+        """What is painted for a frame alone: a runtime.painted.Painted, or None."""
+        return None
+
     def pictures(self, indices, finish=lambda picture: picture):
         """Yield `finish` of the pictures of some frames in order, made side by side."""
         free = deque()
 
-        def draw(index):
+        def draw(given):
+            index, source = given
             try:
                 work = free.pop()
             except IndexError:  # one for each thread, then no more
                 work = self.player.workspace(self.camera.width, self.camera.height)
             try:
-                return finish(self.picture(work, index))
+                return finish(self.picture(work, index, self.painted(index, source)))
             finally:
                 free.append(work)
 
-        return side_by_side(draw, indices)
+        return side_by_side(draw, self.sources(indices))
 
 
 def cut_out(frame):

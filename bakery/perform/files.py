@@ -34,14 +34,11 @@ CONSENT = (
 MARK = " The movements are another person's, filmed; both have to agree to its use."
 
 
-BY = ("avatar", "transfer", "network")
-
-
 @dataclass(frozen=True)
 class Wanted:
     """What `bakery perform` was asked for."""
 
-    by: str = "avatar"  # what draws the face: one of BY
+    by: str = "avatar"  # what paints the face: avatar, transfer or network
     over: str | None = None  # "portrait"; None is plain grey
     settings: RenderSettings = RenderSettings()
     face: int | None = None  # of the clip, from 1

@@ -11,7 +11,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from bakery.bake.faces import choose_face, find_faces
+from bakery.bake.faces import one_face
 from bakery.bake.options import BuildOptions
 from bakery.bake.subject import FittedSubject
 from bakery.errors import InputError
@@ -61,10 +61,8 @@ class NetworkPlayer(AnimationPlayer):
                 "build the bundle with --keep-photo"
             )
         photo = Photo(np.ascontiguousarray(avatar.photo, np.float32), "")
-        _, faces = find_faces(named, photo=photo)
-        self.fitted = FittedSubject(
-            named, choose_face(named, faces), head, BuildOptions(), photo=photo
-        )
+        _, face = one_face(named, photo=photo)
+        self.fitted = FittedSubject(named, face, head, BuildOptions(), photo=photo)
         self.painter, self.steady = painter, SteadyGenerator(painter)
 
     def square(self, index: int) -> tuple[Camera, float, np.ndarray]:
@@ -76,7 +74,7 @@ class NetworkPlayer(AnimationPlayer):
         corner, scale = (low + high - side) / 2, SIZE / side
         return cameras.crop(camera, *corner, SIZE, SIZE, scale), scale, corner
 
-    def painted(self, index: int) -> tuple[int, Conditions, Generated]:
+    def generated(self, index: int) -> tuple[int, Conditions, Generated]:
         """What the generator paints of a frame."""
         fitted, (camera, _, _) = self.fitted, self.square(index)
         seen = condition(
@@ -116,7 +114,7 @@ class NetworkPlayer(AnimationPlayer):
         """As AnimationPlayer's."""
         work = self.player.workspace(self.camera.width, self.camera.height)
         fitted = self.fitted
-        for index, seen, made in side_by_side(self.painted, indices):
+        for index, seen, made in side_by_side(self.generated, indices):
             image = self.steady.follow(fitted.head, seen, made).image
             if self.settings.hair:
                 image = haired(fitted, seen, image)

@@ -23,7 +23,6 @@ from bakery.formats.video import Clip
 from bakery.generators.transfer import TextureTransfer
 from bakery.geometry.color import to_encoded, to_linear
 from bakery.heads.base import PARTS, HeadModel
-from bakery.memo import once_per_object
 from bakery.motion.animate import AnimationPlayer, RenderSettings
 from bakery.motion.fits import ClipFit
 from bakery.perform.mouths import DARK, refined
@@ -92,9 +91,8 @@ class Performer:
     light: np.ndarray  # [9, 3], camera space
     sure: np.ndarray  # [n] 0..1, how far each frame of the shot is believed
     rest: np.ndarray  # [SIZE, SIZE, 3] sRGB-encoded 0..1
-    talk: tuple[
-        tuple[int, np.ndarray], ...
-    ]  # frames of the shot with open mouths, and their textures
+    # Frames of the shot with open mouths, from 0, and their textures.
+    talk: tuple[tuple[int, np.ndarray], ...]
 
     def texture(self, number: int, picture: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What a frame of the clip shows, as `read_texture` gives it."""
@@ -127,24 +125,22 @@ def performer_of(shot: Shot, head: HeadModel, frames: Frames) -> Performer | Non
     fits = shot.fits
     if fits is None or not fits.found.any():
         return None
-    chosen = resting_frames(fits)
-    fit = fits.fit(int(chosen[0]), head)
+    resting, talking = resting_frames(fits).tolist(), open_frames(fits).tolist()
+    pictures = {n: frames.picture(shot.first + n) for n in sorted({*resting, *talking})}
+    fit = fits.fit(resting[0], head)
     own, neutral = own_head(head, fit)
-    pictures = [frames.picture(shot.first + int(number)) for number in chosen]
     options = FitOptions()
-    photo = Photo(np.float32(pictures[0]) / 255, "")
+    photo = Photo(np.float32(pictures[resting[0]]) / 255, "")
     light = light_of(
         head, landmark_model(head, options.modes), fit.camera, Shape(fit.identity, fit.expression),
         photo, fit.landmarks_projected, load_albedo(), options,
     )  # fmt: skip
-    read = [_read(own, neutral, fits, int(n), p, light)[0] for n, p in zip(chosen, pictures)]
+    seen = {n: _read(own, neutral, fits, n, picture, light)[0] for n, picture in pictures.items()}
     sure = cv2.erode(fits.found.astype(np.float32), np.ones((3, 1)))
     sure = np.minimum(sure, cv2.GaussianBlur(sure, (1, 0), sigmaX=0, sigmaY=BRIDGE)).ravel()
-    talk = tuple(
-        (int(n), _read(own, neutral, fits, int(n), frames.picture(shot.first + int(n)), light)[0])
-        for n in open_frames(fits)
-    )
-    return Performer(shot, fits, own, neutral, light, sure, np.mean(read, 0), talk)
+    rest = np.mean([seen[n] for n in resting], 0)
+    talk = tuple((n, seen[n]) for n in talking)
+    return Performer(shot, fits, own, neutral, light, sure, rest, talk)
 
 
 def _read(head, neutral, fits, number, picture, light):
@@ -158,6 +154,7 @@ class Target:
     """Who is shown: the resting expression texture, and where it fades into the avatar's own."""
 
     player: Player
+    bald: Player  # the same without hair
     rest: np.ndarray  # [SIZE, SIZE, 3] sRGB-encoded 0..1
     seen: np.ndarray  # [SIZE, SIZE] 0..1
     inner: np.ndarray  # [rows, SIZE] 0..1: 0 at the edge of the skin
@@ -189,14 +186,13 @@ class Target:
         self, expression: np.ndarray, gaze: np.ndarray, painted: Painted | None = None
     ) -> np.ndarray:
         """The expression texture [SIZE, SIZE, 3] of the target as it is drawn."""
-        return _shown(self.player.avatar, expression, gaze, painted)[0]
+        return _shown(self.bald, expression, gaze, painted)[0]
 
 
 def target_of(player: Player) -> Target:
     """The Target of an avatar that is played."""
-    avatar = player.avatar
-    head = avatar.head
-    rest, seen = _shown(avatar, np.zeros(len(EXPRESSIONS), np.float32), np.zeros(2))
+    head, bald = player.avatar.head, Player(player.avatar, hair=False)
+    rest, seen = _shown(bald, np.zeros(len(EXPRESSIONS), np.float32), np.zeros(2))
     atlas = expression_atlas(head, SIZE)
     skin = atlas.paint((atlas.part == PARTS.index("skin")).astype(np.uint8))
     skin = skin[: round(SKIN_HEIGHT * SIZE)]
@@ -205,22 +201,26 @@ def target_of(player: Player) -> Target:
     whole = cv2.drawContours(np.zeros_like(skin), outline, -1, 1, cv2.FILLED)
     away = cv2.distanceTransform(cv2.copyMakeBorder(whole, 1, 1, 1, 1, 0), cv2.DIST_L2, 5)
     inner = np.clip(away[1:-1, 1:-1] / (EDGE * SIZE) - 0.3, 0, 1).astype(np.float32)
-    return Target(player, rest, seen, inner)
+    return Target(player, bald, rest, seen, inner)
 
 
-def _shown(avatar, expression, gaze, painted=None):
-    """The expression texture of an avatar as it is drawn from ahead, without hair, and what is seen."""
-    head, player = avatar.head, _bald(avatar)
-    camera = face_camera(avatar.fit, head, avatar.neutral, 0.0, 0.0, DRAWN, 0.8)
+def _shown(player, expression, gaze, painted=None):
+    """The expression texture of an avatar as a player draws it from ahead, and what is seen."""
+    avatar = player.avatar
+    camera = face_camera(avatar.fit, avatar.head, avatar.neutral, 0.0, 0.0, DRAWN, 0.8)
     work = player.workspace(DRAWN, DRAWN)
     frame = player.frame(work, camera, expression, gaze, painted=painted)
-    shape = head.vertices(avatar.neutral, expression, gaze)
-    return read_texture(over_gray(frame), camera, head, shape, avatar.fit.light)
+    shape = avatar.head.vertices(avatar.neutral, expression, gaze)
+    return read_texture(over_gray(frame), camera, avatar.head, shape, avatar.fit.light)
 
 
-@once_per_object
-def _bald(avatar):
-    return Player(avatar, hair=False)
+@dataclass(frozen=True, eq=False)
+class Role:
+    """A performer of one shot, as the target plays this person."""
+
+    performer: Performer
+    rest: np.ndarray  # [SIZE, SIZE, 3] sRGB-encoded: what the network makes of the performer's rest
+    tone: np.ndarray  # [3], see Target.tone
 
 
 class TransferPlayer(AnimationPlayer):
@@ -254,66 +254,57 @@ class TransferPlayer(AnimationPlayer):
         self.performance, self.transfer = performance, transfer
         self.frames = Frames(reopen)
         self.target = target_of(self.player)
-        self.performers = {
-            id(shot): performer_of(shot, head, self.frames) for shot in performance.shots
-        }
-        self._rests: dict[int, np.ndarray] = {}
-        self._tones: dict[int, np.ndarray] = {}
-        for key, performer in self.performers.items():
-            if performer is not None:
-                self._rests[key] = self._carried(performer, performer.rest, None)
-                self._tones[key] = self.target.tone(performer)
+        self.roles = {shot: self._role(shot, head) for shot in performance.shots}
         seconds = performance.seconds - performance.seconds[0]
         middles = (seconds[1:] + seconds[:-1]) / 2
         shown = (self.first + np.arange(self.count)) / self.rate
-        self.sources = np.searchsorted(middles, shown + 1e-9)  # [count] nearest frame of the clip
+        self.shows = np.searchsorted(middles, shown + 1e-9)  # [count] nearest frame of the clip
+
+    def _role(self, shot, head):
+        performer = performer_of(shot, head, self.frames)
+        if performer is None:
+            return None
+        made = self._carried(performer, performer.rest, None)
+        return Role(performer, made, self.target.tone(performer))
 
     def _carried(self, performer, texture, seen):
         target = self.target
         return self.transfer(texture, performer.rest, target.rest, seen, target.seen)
 
-    def carried(
-        self, number: int, picture: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The performer's texture in a frame of the clip, that made of it for the target, and the
-        performer's at rest: [SIZE, SIZE, 3] each. The face is seen in that frame's shot.
-        """
-        performer = self.performers[id(self.performance.shot_of(number))]
-        assert performer is not None
-        texture, seen = performer.texture(number, picture)
-        return texture, self._carried(performer, texture, seen), performer.rest
+    def role_of(self, number: int) -> Role | None:
+        """Who plays in a frame of the clip; None where no face is seen in its shot."""
+        return self.roles[self.performance.shot_of(number)]
 
-    def painted(self, index: int, picture: np.ndarray) -> Painted | None:
-        """Skin and mouth of a frame, of the clip's picture [H, W, 3] uint8 that belongs to it."""
-        number = int(self.sources[index])
-        shot = self.performance.shot_of(number)
-        performer = self.performers[id(shot)]
-        if performer is None:
+    def carried(
+        self, performer: Performer, number: int, picture: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The performer's texture [SIZE, SIZE, 3] in a frame of the clip, what of it is seen
+        [SIZE, SIZE], and the texture that the network makes of it for the target.
+        """
+        texture, seen = performer.texture(number, picture)
+        return texture, seen, self._carried(performer, texture, seen)
+
+    def sources(self, indices: Iterable[int]) -> Iterator[tuple[int, np.ndarray]]:
+        """As AnimationPlayer's: frames of the clip, [H, W, 3] uint8."""
+        return ((index, self.frames.picture(int(self.shows[index]))) for index in indices)
+
+    def painted(self, index: int, source: np.ndarray) -> Painted | None:
+        """As AnimationPlayer's: skin and mouth of a frame."""
+        number = int(self.shows[index])
+        role = self.role_of(number)
+        if role is None:
             return None
-        sure = performer.sure[number - shot.first]
+        performer = role.performer
+        sure = performer.sure[number - performer.shot.first]
         if sure < 1e-3:
             return None
-        texture, seen = performer.texture(number, picture)
-        made = self._carried(performer, texture, seen)
+        texture, seen, made = self.carried(performer, number, source)
         rows = len(self.target.inner)
-        skin, rest = (to_linear(x[:rows]) + FLOOR for x in (made, self._rests[id(shot)]))
+        skin, rest = (to_linear(x[:rows]) + FLOOR for x in (made, role.rest))
         ratio = np.clip(skin / rest, 1 / STRONGEST, STRONGEST).astype(np.float32)
         share = (self.target.inner * seen[:rows] * sure).astype(np.float32)
-        mouth = self.target.mouth(self.weights[index], texture, self._tones[id(shot)])
+        mouth = self.target.mouth(self.weights[index], texture, role.tone)
         return Painted(ratio, share, skin_window(self.avatar.head), mouth)
-
-    def picture(self, work: object, index: object, painted: Painted | None = None) -> np.ndarray:
-        """As AnimationPlayer's; `index` comes with the clip's picture."""
-        number, source = index  # type: ignore[misc]
-        shown: np.ndarray = super().picture(work, number, self.painted(number, source))
-        return shown
-
-    def pictures(
-        self, indices: Iterable[int], finish: Callable = lambda picture: picture
-    ) -> Iterator:
-        """As AnimationPlayer's."""
-        each = ((index, self.frames.picture(int(self.sources[index]))) for index in indices)
-        return super().pictures(each, finish)
 
 
 def _sheet(texture: np.ndarray, shape: tuple[int, int]) -> np.ndarray:

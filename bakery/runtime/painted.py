@@ -12,12 +12,9 @@ class Painted:
 
     ratio: np.ndarray  # [h, w, 3] float32 linear: T_0 times it is the skin of the frame
     share: np.ndarray  # [h, w] float32 0..1: how much of that is shown; the rest is equation 4's
-    window: tuple[
-        float, float, float, float
-    ]  # of both in the atlas: left, top, width, height, 0..1
-    mouth: (
-        np.ndarray
-    )  # [m, n, 3] float32 linear: picture of the mouth proxy, sized as the baked ones
+    # Of both in the atlas: left, top, width, height, 0..1.
+    window: tuple[float, float, float, float]
+    mouth: np.ndarray  # [m, n, 3] float32 linear: of the mouth proxy, sized as the baked pictures
 
     def onto(self, skin: np.ndarray, neutral: np.ndarray, hair: np.ndarray | None) -> None:
         """Lay the skin of the frame onto one that is blended already.

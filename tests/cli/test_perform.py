@@ -188,7 +188,7 @@ def test_transfer_goes_on_as_if_it_had_not_stopped(bundle, bakery, blotched, tmp
     assert np.abs(films["0:8"][5:] - films["5:8"]).mean() < 2  # of 255: they are encoded anew
 
 
-@pytest.mark.slow  # 40 s: the portrait is fitted again, and painted frame by frame
+@pytest.mark.slow  # 30 s: the portrait is fitted again, and painted frame by frame
 @pytest.mark.parametrize("over", [(), ("--over", "portrait")])
 def test_the_network_paints_each_frame(bundle, bakery, blotched, tmp_path, over):
     films = {}
