@@ -7,7 +7,7 @@ camera and light of that portrait. No person's own geometry is used, but for rea
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -17,6 +17,7 @@ from bakery.bake import pipeline
 from bakery.detectors.base import Detector
 from bakery.evaluate.metrics import face_crop, hull_mask, mse, psnr, ssim, warp_pixels
 from bakery.evaluate.tracking import CLIP, RATE, Performance, painted, random_performance
+from bakery.evaluate.transferring import Scores, against, mean_of
 from bakery.export.open import open_avatar
 from bakery.formats import video
 from bakery.formats.image import write_image
@@ -52,16 +53,6 @@ class Shown:
     likeness: float  # cosine to the portrait, mean of the frames
     performer: float  # cosine to the performer at rest
     rate: float  # frames a second at 512x512, tracking not counted
-
-
-@dataclass(frozen=True)
-class Texture:
-    """One expression texture against the truth's, sRGB-encoded 0..1, where the truth was seen."""
-
-    l1: float
-    l2: float  # mean of squares
-    ssim: float
-    mouth: float  # dB
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,14 +93,14 @@ def paint_scene(head: HeadModel, performer: int, target: int, count: int, folder
 
 def measure(
     head: HeadModel, detector: Detector, scene: Scene, pictures: Path | None = None
-) -> tuple[dict[str, Shown], dict[str, Texture]]:
+) -> tuple[dict[str, Shown], dict[str, Scores]]:
     """Play the clip of a scene in each way, and compare.
 
     Args:
         pictures: file for a sheet: performer, avatar, transfer, network, truth; a row a frame.
 
     Returns:
-        Shown of avatar, transfer and network (paGAN's); Texture of transfer as it is drawn, of the
+        Shown of avatar, transfer and network (paGAN's); Scores of the texture of transfer as it is drawn, of the
         transfer `network` alone, of `delta`, which adds the performer's difference to the target's
         rest, of `avatar`, its baked textures, and of `neutral`, where nothing changes.
     """
@@ -177,8 +168,8 @@ def _cut(picture, points):
     return _bytes(warp_pixels((picture / 255.0) * mask, face_crop(points[:FACE], GRID), GRID))
 
 
-def _textures(player: TransferPlayer, scene: Scene, head: HeadModel) -> dict[str, Texture]:
-    """Texture of each way, means of the frames."""
+def _textures(player: TransferPlayer, scene: Scene, head: HeadModel) -> dict[str, Scores]:
+    """Scores of each way, means of the frames."""
     atlas = expression_atlas(head)
     skin = atlas.paint((atlas.part == PARTS.index("skin")).astype(np.uint8))
     mouth, rows = mouth_texels(head), []
@@ -200,21 +191,13 @@ def _textures(player: TransferPlayer, scene: Scene, head: HeadModel) -> dict[str
         inside = (skin > 0) & (seen > 0.5)
         lips = mouth & (seen > 0.5)
         rows.append({
-            name: Texture(
+            name: Scores(
                 float(np.abs(one - right)[inside | lips].mean()), mse(one, right, inside | lips),
                 ssim(one, right, inside), psnr(one, right, lips),
             )
             for name, one in ways.items()
         })  # fmt: skip
     return {name: mean_of([row[name] for row in rows]) for name in rows[0]}
-
-
-def mean_of(rows):
-    """The mean of records of one kind."""
-    kind = type(rows[0])
-    return kind(
-        *(float(np.mean([getattr(row, field.name) for row in rows])) for field in fields(kind))
-    )
 
 
 def _sheet(path, scene, drawn, player):
@@ -235,8 +218,8 @@ def _bytes(picture):
 def run(
     head: HeadModel, detector: Detector, seed: int, people: int, count: int, folder: Path,
     pictures: Path | None = None,
-) -> Iterator[tuple[str, dict[str, Shown], dict[str, Texture]]]:  # fmt: skip
-    """Each of `people` painted people drives the next; yields (name, Shown, Texture) of each pair."""
+) -> Iterator[tuple[str, dict[str, Shown], dict[str, Scores]]]:  # fmt: skip
+    """Each of `people` painted people drives the next; yields (name, Shown, Scores) of each pair."""
     for number in range(people):
         performer, target = seed + number, seed + (number + 1) % people
         name = f"{performer} drives {target}"
@@ -245,18 +228,14 @@ def run(
         yield name, *measure(head, detector, scene, sheet)
 
 
-def summary(results: list[tuple[dict[str, Shown], dict[str, Texture]]]) -> dict[str, object]:
+def summary(results: list[tuple[dict[str, Shown], dict[str, Scores]]]) -> dict[str, object]:
     """Means of each way; `against_delta` as the paper's table has it, `mouth_over_avatar` in dB."""
     shown = {way: mean_of([row[0][way] for row in results]) for way in results[0][0]}
     textures = {way: mean_of([row[1][way] for row in results]) for way in results[0][1]}
-    ours, delta = textures["transfer"], textures["delta"]
     return {
         "pairs": len(results),
         "shown": {name: vars(one) for name, one in shown.items()},
         "textures": {name: vars(one) for name, one in textures.items()},
-        "against_delta": {
-            "l1": 1 - ours.l1 / delta.l1, "l2": 1 - ours.l2 / delta.l2,
-            "ssim": ours.ssim - delta.ssim, "mouth": ours.mouth - delta.mouth,
-        },
+        "against_delta": against(textures["transfer"], textures["delta"]),
         "mouth_over_avatar": shown["transfer"].mouth - shown["avatar"].mouth,
-    }  # fmt: skip
+    }

@@ -86,18 +86,25 @@ def _scores(made, truth, seen, mouth):
     )  # fmt: skip
 
 
-def summary(results: list[dict[str, Scores]]) -> dict[str, object]:
-    """Means of each way, and `below_delta`: shares of L1 and L2, differences of SSIM and dB."""
-    means = {
-        way: {
-            field.name: float(np.mean([getattr(row[way], field.name) for row in results]))
-            for field in fields(Scores)
-        }
-        for way in results[0]
-    }
-    ours, delta = means["transfer"], means["delta"]
-    against = {
-        "l1": 1 - ours["l1"] / delta["l1"], "l2": 1 - ours["l2"] / delta["l2"],
-        "ssim": ours["ssim"] - delta["ssim"], "mouth": ours["mouth"] - delta["mouth"],
+def mean_of(rows):
+    """The mean of records of one kind, field by field."""
+    kind = type(rows[0])
+    return kind(
+        *(float(np.mean([getattr(row, field.name) for row in rows])) for field in fields(kind))
+    )
+
+
+def against(ours: Scores, delta: Scores) -> dict[str, float]:
+    """How far a transfer beats direct delta: shares of L1 and L2, differences of SSIM and dB."""
+    return {
+        "l1": 1 - ours.l1 / delta.l1, "l2": 1 - ours.l2 / delta.l2,
+        "ssim": ours.ssim - delta.ssim, "mouth": ours.mouth - delta.mouth,
     }  # fmt: skip
-    return {"pairs": len(results), **means, "against_delta": against}
+
+
+def summary(results: list[dict[str, Scores]]) -> dict[str, object]:
+    """Means of each way, and `against_delta`, see `against`."""
+    means = {way: mean_of([row[way] for row in results]) for way in results[0]}
+    table = {way: vars(mean) for way, mean in means.items()}
+    apart = against(means["transfer"], means["delta"])
+    return {"pairs": len(results), **table, "against_delta": apart}

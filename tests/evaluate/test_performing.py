@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from bakery.evaluate import performing
-from bakery.evaluate.performing import Shown, Texture
+from bakery.evaluate.performing import Shown
+from bakery.evaluate.transferring import Scores
 from bakery.landmarks import FACE, LIPS_OUTER
 
 
@@ -49,7 +50,7 @@ def test_the_summary_says_how_far_delta_is_beaten():
             way: Shown(mouth + k, 30, 0.9, 0.3, 5) for k, way in enumerate(("avatar", "transfer"))
         }
         textures = {
-            "transfer": Texture(l1, 0.004, 0.9, 21), "delta": Texture(2 * l1, 0.016, 0.8, 20),
+            "transfer": Scores(l1, 0.004, 0.9, 21), "delta": Scores(2 * l1, 0.016, 0.8, 20),
         }  # fmt: skip
         return shown, textures
 
