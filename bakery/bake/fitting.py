@@ -20,7 +20,13 @@ from bakery.stages.detect import detect_faces
 from bakery.stages.fit import Face, fit, prepare
 from bakery.stages.fit.lids import close_lids
 from bakery.stages.fit.outline import Seen, fit_outline
-from bakery.stages.fit.rest import at_rest, load_rest_shape, presence, rest_moves
+from bakery.stages.fit.rest import (
+    at_rest,
+    corner_moves,
+    load_rest_shape,
+    presence,
+    rest_moves,
+)
 from bakery.stages.fit.warp import residual_offsets
 from bakery.stages.segment import Segmentation, segment
 from bakery.stages.texture import TextureOptions
@@ -75,11 +81,13 @@ def rested(head: HeadModel, fits: Sequence[Fit], options: TextureOptions) -> lis
     basis = load_rest_shape()
     if head.name != basis.head:
         return list(fits)
-    sure = [presence(head, fit.expression) for fit in fits]
-    return [
-        replace(fit, rest=min(sure) * rest_moves(basis, fit.expression, fit.residual))
-        for fit in fits
-    ]
+    sure = min(presence(head, fit.expression) for fit in fits)
+    out = []
+    for fit in fits:
+        moves = rest_moves(basis, fit.expression, fit.residual)
+        points = head.landmarks(fitted_neutral(head, fit))[: len(moves)]
+        out.append(replace(fit, rest=sure * (moves + corner_moves(points + moves))))
+    return out
 
 
 def outlined(

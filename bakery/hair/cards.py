@@ -6,7 +6,9 @@ import numpy as np
 from bakery.geometry.fill import smoothstep
 from bakery.hair.layer import HairLayer
 from bakery.heads.base import HeadModel
-from bakery.stages.atlas import Atlas, Visibility
+from bakery.heads.scalp import BROW, EYE
+from bakery.landmarks import OVAL
+from bakery.stages.atlas import Atlas, Visibility, uv_polygon
 from bakery.stages.hair import make_hair
 from bakery.stages.segment import Segmentation
 from bakery.stages.texture.hair import Mattes, growth_on
@@ -28,10 +30,14 @@ class CardHair(HairLayer):
         atlas: Atlas,
         visibility: Visibility,
     ) -> np.ndarray:
-        """See bakery.hair.base.Hair; what hangs before cheeks, ears and neck is left to the cards."""
+        """See bakery.hair.base.Hair; what hangs before cheeks, ears and neck is left to the cards.
+
+        A fringe lies on the forehead, which is seen squarely: there the photo shows it best.
+        """
         growth = growth_on(head, atlas)
         near = cv2.GaussianBlur(growth, (0, 0), atlas.size / BESIDE)
-        kept = np.maximum(growth, smoothstep(0.05, 0.3, near)).astype(np.float32)
+        kept = np.maximum(growth, smoothstep(0.05, 0.3, near))
+        kept = np.maximum(kept, _forehead(head, atlas.size)).astype(np.float32)
         layer: np.ndarray = super().layer(linear, mattes, head, atlas, visibility)
         return layer * kept[..., None]
 
@@ -45,3 +51,12 @@ class CardHair(HairLayer):
     ) -> HairMesh | None:
         """See bakery.hair.base.Hair."""
         return make_hair(photo.encoded, segmentation, fit, head, neutral)
+
+
+def _forehead(head: HeadModel, size: int) -> np.ndarray:
+    """1 within the face's contour above the brows [T, T], 0 from the eyes down."""
+    eye, brow = (head.landmark_uv()[mark, 1] for mark in (EYE, BROW))
+    down = (np.arange(size) + 0.5) / size
+    inside = cv2.GaussianBlur(uv_polygon(head, OVAL, 1.0, size), (0, 0), size / 200)
+    out: np.ndarray = inside * smoothstep(eye, brow, down)[:, None]
+    return out

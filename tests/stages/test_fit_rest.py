@@ -171,3 +171,27 @@ def test_the_card_is_of_this_file():
         before, after = card["metrics"][group]
         assert after < 0.85 * before
     assert card["metrics"]["resting_lips_moved"] < 0.1
+
+
+def test_corners_come_half_of_the_way_to_the_usual_place(head):
+    points = head.landmarks(head.mean).astype(float)[: marks.FACE]
+    middle = points[rest.SEAM, 1].mean()
+    points[marks.MOUTH_CORNERS, 1] = middle + rest.USUAL
+    assert_allclose(rest.corner_moves(points), 0, atol=1e-9)  # a usual mouth stays
+    right, left = marks.MOUTH_CORNERS
+    points[right, 1] -= 2.0  # one corner hangs
+    moves = rest.corner_moves(points)
+    assert_allclose(moves[right, 1], 2.0 * (1 - rest.BELIEVED))
+    assert np.abs(moves[left]).max() < 0.02  # 50 mm away
+    assert (moves[:, [0, 2]] == 0).all()
+    far = np.linalg.norm(points - points[right], axis=1) > 40
+    assert np.abs(moves[far]).max() < 1e-3
+
+
+def test_a_smile_hangs_no_lower_than_it_is_believed_to(head, fit):
+    """`rested` moves the corners, and the photo's own weights bring the smile back as it was."""
+    (found,) = rested(head, [fit], TextureOptions())
+    bare = fit.residual * 0 + rest.rest_moves(rest.load_rest_shape(), fit.expression, fit.residual)
+    sure = rest.presence(head, fit.expression)
+    points = head.landmarks(fitted_neutral(head, fit))[: marks.FACE] + bare
+    assert_allclose(found.rest, sure * (bare + rest.corner_moves(points)), atol=1e-9)

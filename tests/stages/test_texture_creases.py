@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from bakery import landmarks as marks
 from bakery.geometry.curve import nearest_on
 from bakery.stages.atlas import make_atlas
 from bakery.stages.texture import creases
@@ -55,3 +56,20 @@ def test_what_is_no_line_is_left_alone(head, face):
     assert_allclose(creases.filled(bright, head, on_skin, 1.0)[crest], bright[crest], rtol=0.02)
     forehead = SKIN * np.where(np.abs(places[:, 1] - 30) < 1.5, 0.6, 1.0)[:, None]
     assert_allclose(creases.filled(forehead, head, on_skin, 1.0), forehead, rtol=1e-6)
+
+
+def test_specks_at_the_corners_are_taken_off(head, face):
+    on_skin, places, _ = face
+    corners = head.landmarks(head.mean)[marks.MOUTH_CORNERS]
+    away = np.linalg.norm(places[:, None] - corners, axis=2).min(1)
+    speck = SKIN * np.exp(0.8 * np.exp(-((away / 1.0) ** 2)))[:, None]
+    made = creases.dimmed(speck, head, on_skin, 1.0)
+    core = away < 0.5
+    assert core.sum() > 5
+    # It was twice as bright; of so small a speck the blur leaves a quarter.
+    assert_allclose(made[core], np.tile(SKIN, (core.sum(), 1)), rtol=0.3)
+    assert_allclose(made[away > 10], speck[away > 10], rtol=1e-6)
+    assert creases.dimmed(speck, head, on_skin, 0.0) is speck
+    # Dark corners, as of closed lips, are as they were.
+    dark = SKIN * np.exp(-0.8 * np.exp(-((away / 1.0) ** 2)))[:, None]
+    assert_allclose(creases.dimmed(dark, head, on_skin, 1.0)[core], dark[core], rtol=0.1)

@@ -2,7 +2,8 @@
 
 A fold that a smile cuts is a dark valley in the texture, narrower than what else is dark there. It is
 filled to the darker of its two sides (a morphological closing of the logarithm of colour), from the wing
-of the nose past the corner of the mouth, as far as the mouth moved.
+of the nose past the corner of the mouth, as far as the mouth moved. Bright specks at the corners are the
+opposite, and are taken off by an opening.
 
 References:
     Batool and Chellappa, "Detection and inpainting of facial wrinkles using texture orientation
@@ -25,6 +26,8 @@ BESIDE, OFF_LIPS, OFF_NOSE = (13.0, 6.0), (1.0, 4.0), (3.0, 6.5)  # mm over whic
 RADIUS = 4.0  # mm, half the width of what is filled
 SOFT = 0.5  # mm, standard deviation of the blur that keeps pores and stubble from being filled
 MOST = 0.6  # of the logarithm
+AT_CORNER = (9.0, 5.0)  # mm from a corner of the mouth over which specks are left, are taken off
+SPECK, GLINT = 2.0, 1.5  # mm, half the width of the largest; of the logarithm
 DARK = 2e-3  # linear
 
 
@@ -37,9 +40,36 @@ def filled(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) ->
     """
     if not share:
         return colors
-    rows, weight, texel = _beside(head, on_skin)
+    return _levelled(colors, on_skin, _beside(head, on_skin), share, RADIUS, MOST)
+
+
+def dimmed(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) -> np.ndarray:
+    """Colours [N, 3] linear without the bright specks at the corners of a mouth that smiled.
+
+    There teeth and wet skin are seen between the lips, which at rest are closed.
+
+    Args:
+        colors: [N, 3] linear; head: HeadModel; on_skin: its skin, N texels.
+        share: 0..1, how much of them to take off.
+    """
+    if not share:
+        return colors
+    dark = 1 / np.maximum(colors, DARK)
+    found = _levelled(dark, on_skin, _corners(head, on_skin), share, SPECK, GLINT)
+    out: np.ndarray = np.where(found != dark, 1 / found, colors)
+    return out
+
+
+def _levelled(colors, on_skin, where, share, radius, most):
+    """Colours [N, 3] whose dark places up to `radius` mm are as light as the darker of their sides.
+
+    Args:
+        where: texels that may change, as of `_beside`.
+        most: of the logarithm that they may get lighter by.
+    """
+    rows, weight, texel = where
     y, x = np.divmod(on_skin.index[rows], on_skin.size)
-    pad = 4 * round(RADIUS / texel)
+    pad = 4 * round(radius / texel)
     top, left = max(int(y.min()) - pad, 0), max(int(x.min()) - pad, 0)
     window = np.s_[top : int(y.max()) + pad, left : int(x.max()) + pad]
     # Each channel by itself: what lies in a fold is redder than the skin beside it.
@@ -50,12 +80,12 @@ def filled(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) ->
         return cv2.GaussianBlur(picture, (0, 0), SOFT / texel)
 
     soft = blur(light * skin) / np.maximum(blur(skin), 1e-3)
-    side = 2 * round(RADIUS / texel) + 1
+    side = 2 * round(radius / texel) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     far = np.float32(99)  # what is no skin neither fills nor is filled
     raised = cv2.dilate(np.where(skin > 0, soft, -far), disc)
     level = blur(cv2.erode(np.where(skin > 0, raised, far), disc))
-    lift = np.clip(level - soft, 0, MOST)[y - top, x - left]
+    lift = np.clip(level - soft, 0, most)[y - top, x - left]
     out = colors.copy()
     out[rows] *= np.exp(share * weight[:, None] * lift)
     return out
@@ -63,11 +93,8 @@ def filled(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) ->
 
 def _beside(head, on_skin):
     """Texels that the lines may cross: their rows [n], how much they count [n], and mm a texel."""
-    places, points = on_skin.at(head.mean), head.landmarks(head.mean)
-    around = points[LINES.ravel()]
-    low, high = around.min(0) - BESIDE[0], around.max(0) + BESIDE[0]
-    rows = np.flatnonzero(((places > low) & (places < high)).all(1))
-    places = places[rows]
+    points = head.landmarks(head.mean)
+    rows, places, texel = _around(head, on_skin, points[LINES.ravel()], BESIDE[0])
 
     def distance(line):
         return np.linalg.norm(places - nearest_on(places, line)[0], axis=1)
@@ -76,7 +103,24 @@ def _beside(head, on_skin):
     wings = np.linalg.norm(places[:, None] - points[WINGS], axis=2).min(1)
     weight = smoothstep(*BESIDE, np.minimum(*(distance(points[line]) for line in LINES)))
     weight = weight * smoothstep(*OFF_LIPS, distance(lips)) * smoothstep(*OFF_NOSE, wings)
-    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
-    beside = np.diff(on_skin.index[rows]) == 1
     kept = weight > 0
-    return rows[kept], weight[kept], float(np.median(steps[beside]))
+    return rows[kept], weight[kept], texel
+
+
+def _corners(head, on_skin):
+    """The same of texels at the corners of the mouth."""
+    corners = head.landmarks(head.mean)[marks.MOUTH_CORNERS]
+    rows, places, texel = _around(head, on_skin, corners, AT_CORNER[0])
+    weight = smoothstep(*AT_CORNER, np.linalg.norm(places[:, None] - corners, axis=2).min(1))
+    kept = weight > 0
+    return rows[kept], weight[kept], texel
+
+
+def _around(head, on_skin, points, reach):
+    """Texels in the box of points [n, 3] and `reach` mm around: rows, places [m, 3] mm, and mm a texel."""
+    places = on_skin.at(head.mean)
+    low, high = points.min(0) - reach, points.max(0) + reach
+    rows = np.flatnonzero(((places > low) & (places < high)).all(1))
+    steps = np.linalg.norm(np.diff(places[rows], axis=0), axis=1)
+    beside = np.diff(on_skin.index[rows]) == 1
+    return rows, places[rows], float(np.median(steps[beside]))
