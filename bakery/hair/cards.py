@@ -15,6 +15,7 @@ from bakery.stages.texture.hair import Mattes, growth_on
 from bakery.types import Fit, HairMesh, Photo
 
 BESIDE = 30  # share of the atlas over which the layer fades out beside the scalp
+UP_TO_SCALP = 1.08  # of the face's contour: between it and the scalp nothing gapes
 
 
 class CardHair(HairLayer):
@@ -57,6 +58,6 @@ def _forehead(head: HeadModel, size: int) -> np.ndarray:
     """1 within the face's contour above the brows [T, T], 0 from the eyes down."""
     eye, brow = (head.landmark_uv()[mark, 1] for mark in (EYE, BROW))
     down = (np.arange(size) + 0.5) / size
-    inside = cv2.GaussianBlur(uv_polygon(head, OVAL, 1.0, size), (0, 0), size / 200)
+    inside = cv2.GaussianBlur(uv_polygon(head, OVAL, UP_TO_SCALP, size), (0, 0), size / 200)
     out: np.ndarray = inside * smoothstep(eye, brow, down)[:, None]
     return out

@@ -7,7 +7,9 @@ import pytest
 
 from bakery.geometry import rotation
 from bakery.geometry.sample import bilinear
-from bakery.heads.scalp import ear_box, ear_depth, scalp, unrolled
+from bakery.hair.cards import CardHair
+from bakery.hair.layer import HairLayer
+from bakery.heads.scalp import BROW, EYE, ear_box, ear_depth, scalp, unrolled
 from bakery.landmarks import FACE
 from bakery.stages.atlas import make_atlas, make_view, visibility_of
 from bakery.stages.segment import BACKGROUND, HAIR, SKIN, Segmentation
@@ -132,6 +134,22 @@ def test_a_fringe_is_shown_as_it_was_photographed(head, seen):
     np.testing.assert_allclose(
         layer[straight][:, :3], bilinear(noisy, visibility.pixels)[straight], atol=0.01
     )
+
+
+def test_a_fringe_stays_on_the_forehead_below_cards(head, seen):
+    """Cards show what hangs before cheeks; of the forehead the photo knows more."""
+    atlas, visibility = seen
+    given = *photo_with_hair_above(230), head, atlas, visibility
+    whole, below_cards = (
+        hair.layer(*given).reshape(-1, 4)[atlas.index] for hair in (HairLayer(), CardHair())
+    )
+    points, marks = atlas.at(head.mean), head.landmarks(head.mean)
+    straight = (visibility.weight() > 0.95) & (np.abs(points[:, 0]) < 30)
+    forehead = straight & (points[:, 1] > marks[BROW, 1] + 4) & (whole[:, 3] > 0.9)
+    assert forehead.sum() > 200
+    np.testing.assert_allclose(below_cards[forehead], whole[forehead], atol=0.02)
+    lower = straight & (points[:, 1] < marks[EYE, 1])
+    assert below_cards[lower, 3].max() < 0.01
 
 
 def test_specks_of_background_in_a_fringe_belong_to_it():

@@ -41,11 +41,11 @@ MOST = 4.0  # mm; nobody's smile leaves more in the neutral head
 MIDDLE = (
     8.0  # mm to either side of the face's middle: an expression of one side fades out over them
 )
-# mm that the corners of resting mouths stand above the middle of the seam, in the mean of the neutral
-# photos of london/train, and what is believed of how far those found of a smile differ from it: the
-# slope of the neutral photos' over theirs, of 40 pairs.
+# mm that the corners of resting mouths stand above the middle of the seam, in the mean of 40 neutral photos
+# of london/train as photographed, and what is believed of how far those found of a smile differ from
+# that: about the slope of the neutral photos' over theirs, of the same people (docs/log-rest.md).
 SEAM = np.array([13, 14])  # the middle of the inner lips
-USUAL, BELIEVED = -1.7, 0.5
+USUAL, BELIEVED = -1.4, 0.5
 CORNER = 9.0  # mm around a corner, standard deviation of what is moved with it
 OTHER_SIDE = 0.15  # what it keeps of the other side, so that every correction belongs to something
 

@@ -17,7 +17,7 @@ from bakery import landmarks as marks
 from bakery.geometry.curve import nearest_on
 from bakery.geometry.fill import smoothstep
 from bakery.heads.base import HeadModel
-from bakery.stages.atlas import Atlas
+from bakery.stages.atlas import Atlas, uv_polygon
 
 # From beside the wing of the nose past the corner of the mouth, the subject's right and left.
 LINES = np.array([[203, 206, 216, 212, 202], [423, 426, 436, 432, 422]])
@@ -27,6 +27,7 @@ RADIUS = 4.0  # mm, half the width of what is filled
 SOFT = 0.5  # mm, standard deviation of the blur that keeps pores and stubble from being filled
 MOST = 0.6  # of the logarithm
 AT_CORNER = (9.0, 5.0)  # mm from a corner of the mouth over which specks are left, are taken off
+OFF_CORNER = (0.3, 1.5)  # mm from the lips over which the folds beside their corners are left, are filled
 SPECK, GLINT = 2.0, 1.5  # mm, half the width of the largest; of the logarithm
 DARK = 2e-3  # linear
 
@@ -103,6 +104,11 @@ def _beside(head, on_skin):
     wings = np.linalg.norm(places[:, None] - points[WINGS], axis=2).min(1)
     weight = smoothstep(*BESIDE, np.minimum(*(distance(points[line]) for line in LINES)))
     weight = weight * smoothstep(*OFF_LIPS, distance(lips)) * smoothstep(*OFF_NOSE, wings)
+    # The fold that a smile cuts at the corner points down once the corner does.
+    mouth = uv_polygon(head, marks.LIPS_OUTER, 1.0, on_skin.size).reshape(-1)[on_skin.index[rows]]
+    corners = np.linalg.norm(places[:, None] - points[marks.MOUTH_CORNERS], axis=2).min(1)
+    folds = smoothstep(*AT_CORNER, corners) * smoothstep(*OFF_CORNER, distance(lips))
+    weight = np.maximum(weight, folds * (1 - mouth))
     kept = weight > 0
     return rows[kept], weight[kept], texel
 
