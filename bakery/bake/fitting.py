@@ -21,6 +21,7 @@ from bakery.stages.fit import Face, fit, prepare
 from bakery.stages.fit.lids import close_lids
 from bakery.stages.fit.outline import Seen, fit_outline
 from bakery.stages.fit.rest import (
+    RestShape,
     at_rest,
     corner_moves,
     load_rest_shape,
@@ -81,13 +82,15 @@ def rested(head: HeadModel, fits: Sequence[Fit], options: TextureOptions) -> lis
     basis = load_rest_shape()
     if head.name != basis.head:
         return list(fits)
-    sure = min(presence(head, fit.expression) for fit in fits)
-    out = []
-    for fit in fits:
-        moves = rest_moves(basis, fit.expression, fit.residual)
-        points = head.landmarks(fitted_neutral(head, fit))[: len(moves)]
-        out.append(replace(fit, rest=sure * (moves + corner_moves(points + moves))))
-    return out
+    sure = min(presence(head, one.expression) for one in fits)
+    return [replace(one, rest=sure * _moves_to_rest(head, basis, one)) for one in fits]
+
+
+def _moves_to_rest(head: HeadModel, basis: RestShape, fit: Fit) -> np.ndarray:
+    """How the landmarks of a neutral head come to rest: [468, 3] mm."""
+    moves = rest_moves(basis, fit.expression, fit.residual)
+    points = head.landmarks(fitted_neutral(head, fit))[: len(moves)]
+    return moves + corner_moves(points + moves)
 
 
 def outlined(

@@ -27,7 +27,10 @@ RADIUS = 4.0  # mm, half the width of what is filled
 SOFT = 0.5  # mm, standard deviation of the blur that keeps pores and stubble from being filled
 MOST = 0.6  # of the logarithm
 AT_CORNER = (9.0, 5.0)  # mm from a corner of the mouth over which specks are left, are taken off
-OFF_CORNER = (0.3, 1.5)  # mm from the lips over which the folds beside their corners are left, are filled
+OFF_CORNER = (
+    0.3,
+    1.5,
+)  # mm from the lips over which the folds beside their corners are left, are filled
 SPECK, GLINT = 2.0, 1.5  # mm, half the width of the largest; of the logarithm
 DARK = 2e-3  # linear
 

@@ -10,7 +10,7 @@ from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.noise import value_noise
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
-from bakery.heads.scalp import ear_box, ear_depth, scalp, unrolled
+from bakery.heads.scalp import BROW, EYE, ear_box, ear_depth, scalp, unrolled
 from bakery.landmarks import CHIN, OVAL, face_size
 from bakery.stages.atlas import Atlas, soften, uv_polygon
 from bakery.stages.hair.portrait import without_bare_rims, without_clothes
@@ -36,6 +36,7 @@ SHOWN_STRIP = (0.18, 0.13)  # the layer shows none, all: wider, so that nothing 
 HALO = (0.015, 0.04)  # of the eye distance, from the background: its light is on what is nearer
 SPECK = 0.04  # of the eye distance, side of the largest hole in hair that is taken for a mistake
 HAIRLINE = 1 / 25  # of the atlas's side: twice how far off the scalp a hairline's strip reaches
+UP_TO_SCALP = 1.08  # of the face's contour: between it and the scalp nothing gapes
 JAW = 20.0  # mm above the chin, where the layer has gone
 POCKETS = 0.25  # of the eye distance, from the background: how far between strands it is seen
 LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
@@ -133,6 +134,17 @@ def growth_on(head: HeadModel, atlas: Atlas) -> np.ndarray:
     return atlas.paint(atlas.at(scalp(head)[:, None])[:, 0])
 
 
+def forehead(head: HeadModel, size: int) -> np.ndarray:
+    """1 within the face's contour above the brows [T, T] float32, 0 from the eyes down.
+
+    It is seen squarely: what of hair lies on it, a photo shows as it is.
+    """
+    eye, brow = (head.landmark_uv()[mark, 1] for mark in (EYE, BROW))
+    down = (np.arange(size) + 0.5) / size
+    inside = cv2.GaussianBlur(uv_polygon(head, OVAL, UP_TO_SCALP, size), (0, 0), size / 200)
+    return (inside * smoothstep(eye, brow, down)[:, None]).astype(np.float32)
+
+
 def hair_layer(linear, mattes, head, atlas, visibility):
     """What lies over the skin of the head.
 
@@ -148,7 +160,8 @@ def hair_layer(linear, mattes, head, atlas, visibility):
     pixels = visibility.pixels
     inside = atlas.paint(np.ones(len(pixels), np.float32))
     growth = growth_on(head, atlas)
-    strip = _near(growth)
+    # The strip is of a hairline, or of what a fringe hangs on, not of a cheek.
+    strip = np.maximum(_near(growth), forehead(head, atlas.size))
     here, bare, edge = (bilinear(m, pixels) for m in (mattes.hair, mattes.skin, mattes.strip))
     on_head = _above_the_neck(head, atlas)
     here, edge = here * on_head, edge * on_head
