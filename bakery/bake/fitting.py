@@ -90,7 +90,8 @@ def _moves_to_rest(head: HeadModel, basis: RestShape, fit: Fit) -> np.ndarray:
     """How the landmarks of a neutral head come to rest: [468, 3] mm."""
     moves = rest_moves(basis, fit.expression, fit.residual)
     points = head.landmarks(fitted_neutral(head, fit))[: len(moves)]
-    return moves + corner_moves(points + moves)
+    out: np.ndarray = moves + corner_moves(points + moves)
+    return out
 
 
 def outlined(
