@@ -29,6 +29,7 @@ from bakery.stages.texture.correlations import (
     windows_of,
 )
 from bakery.stages.texture.grain import own_grain
+from bakery.stages.texture.occlusion import openness
 from bakery.stages.texture.shadows import darker_half, darkness, leak, odd
 from bakery.stages.texture.shaped import shaped
 from bakery.stages.texture.unwrap import PartialAlbedo, without_foreign
@@ -83,11 +84,13 @@ def test_what_was_seen_stays(head, atlas, face, method):
 def test_quick_has_the_grain_of_the_skin_that_was_seen(head, atlas, face):
     partial = partial_of(grainy(0.05), face, atlas)
     made = complete(partial, head, head.mean, atlas, "quick")
+    # Folds are darker than any grain: ears, below the jaw.
+    folds = atlas.paint(atlas.at(openness(head, head.mean)[:, None])[:, 0])
     spread = {
         name: np.log(made.albedo @ LUMA)[where].std()
         for name, where in (
             ("seen", (face > 0) & (partial.on_skin > 0)),
-            ("filled", (made.source == INFERRED) & (partial.on_skin > 0)),
+            ("filled", (made.source == INFERRED) & (folds > 0.95)),
         )
     }
     assert 0.6 < spread["filled"] / spread["seen"] < 1.6
@@ -258,3 +261,21 @@ def test_borders_off_the_face_fade_inwards():
     shown = faded(known, face)
     assert shown[250, 250] == 1 and shown[250, 101] < 0.2 and not shown[250, :100].any()
     assert (np.diff(shown[250, 100:250]) >= -1e-6).all()
+
+
+def test_folds_that_nobody_saw_are_dark(head, atlas, face):
+    """Skin in one colour: what is made up is darker by how little light reaches it, what was seen is not."""
+    partial = partial_of(grainy(0.0), face, atlas)
+    open_to = atlas.at(openness(head, head.mean)[:, None])[:, 0]
+    index = atlas.index
+    luma = {
+        method: (complete(partial, head, head.mean, atlas, method).albedo @ LUMA).reshape(-1)[index]
+        for method in ("none", "mirror")
+    }
+    beside = face.reshape(-1)[index] == 0
+    deep, bare = beside & (open_to < 0.3), beside & (open_to > 0.98)
+    assert deep.any() and bare.any()
+    ratio = luma["mirror"] / luma["none"]
+    assert np.median(ratio[deep]) < 0.5 and abs(np.median(ratio[bare]) - 1) < 0.1
+    seen = face.reshape(-1)[index] > 0.99
+    assert abs(np.median(ratio[seen]) - 1) < 1e-3

@@ -10,7 +10,7 @@ from bakery.generators.base import Subject
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import to_linear
-from bakery.geometry.fill import diffuse
+from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.landmarks import FACE
@@ -33,6 +33,10 @@ from bakery.stages.texture.unwrap import PartialAlbedo, unwrap_albedo
 from bakery.types import Fit, Landmarks, Photo
 
 CHANGED = 0.1  # log ratio from which skin no longer counts as observed
+SHADED = (
+    0.2,
+    0.5,
+)  # log by which the strip beside hair is made lighter, up to which and from which on
 DARK = 1e-3  # linear; below it no ratio is told
 
 
@@ -180,6 +184,8 @@ def prepare(
 def _lit_strip(over: np.ndarray, lift: np.ndarray, view: SkinView) -> np.ndarray:
     """The layer of the hair [T, T, 4] whose strip of skin is as light as the skin beside it was made.
 
+    Where that takes much the strip lies in shadow, which is redder than skin: it is left to the skin below.
+
     Args:
         lift: [T, T] log, as of CompleteAlbedo.
     """
@@ -189,9 +195,9 @@ def _lit_strip(over: np.ndarray, lift: np.ndarray, view: SkinView) -> np.ndarray
     )
     share = strip / np.maximum(strip + strands, 1e-3)
     beside = diffuse(lift[..., None].astype(np.float32), (lift != 0).astype(np.float32))[..., 0]
-    out = over.copy()
+    out = over * (1 - share * smoothstep(*SHADED, np.abs(beside)))[..., None]
     out[..., :3] *= np.exp(share * beside)[..., None]
-    return out
+    return out.astype(over.dtype)
 
 
 def _cut_out(photo, mattes, points, fit, head, vertices, resolution):
