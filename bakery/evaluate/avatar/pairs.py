@@ -18,7 +18,7 @@ from bakery.evaluate.metrics import face_crop, hull_mask, psnr, warp_pixels
 from bakery.formats.image import read_photo, write_image
 from bakery.formats.portraits import landmarks_of
 from bakery.geometry.color import to_encoded
-from bakery.hair.layer import HairLayer
+from bakery.hair.cards import CardHair
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.render import draw, over_gray
 from bakery.show import frame as frames
@@ -49,12 +49,12 @@ class Result:
 
 
 def bake(path, points, head, generator, options, hair=None):
-    """An avatar in memory, its hair a layer unless told: Avatar, Photo."""
+    """An avatar in memory, its hair as `bakery build` makes it unless told: Avatar, Photo."""
     photo = read_photo(path)
     landmarks = landmarks_of(points)
     fit, segmentation = fit_portrait(path, photo, landmarks, head, options)
     textures = paint(
-        photo, landmarks, fit, segmentation, head, generator, hair or HairLayer(), options
+        photo, landmarks, fit, segmentation, head, generator, hair or CardHair(), options
     )
     own, neutral = own_head(head, fit)
     return Avatar(own, neutral, fit, textures, draw_masks(head, options)), photo
