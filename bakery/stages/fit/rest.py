@@ -41,13 +41,13 @@ MOST = 4.0  # mm; nobody's smile leaves more in the neutral head
 MIDDLE = (
     8.0  # mm to either side of the face's middle: an expression of one side fades out over them
 )
+OTHER_SIDE = 0.15  # what it keeps of the other side, so that every correction belongs to something
+SEAM = np.array([13, 14])  # the middle of the inner lips
 # mm that the corners of resting mouths stand above the middle of the seam, in the mean of 40 neutral photos
 # of london/train as photographed, and what is believed of how far those found of a smile differ from
 # that: about the slope of the neutral photos' over theirs, of the same people (docs/log-rest.md).
-SEAM = np.array([13, 14])  # the middle of the inner lips
 USUAL, BELIEVED = -1.4, 0.5
 CORNER = 9.0  # mm around a corner, standard deviation of what is moved with it
-OTHER_SIDE = 0.15  # what it keeps of the other side, so that every correction belongs to something
 
 
 @dataclass(frozen=True, eq=False)

@@ -59,7 +59,7 @@ def complete(
         vertices: [V, 3] mm, the shape as it stands in the photo.
         atlas: Atlas of the head's skin.
         method: of texture.METHODS. "none" continues tones smoothly; "mirror" takes the other half of the face
-            where only that was seen, and adds noise; "quick" adds likely tones of the face and the
+            where only that was seen, and adds noise and the shade of folds; "quick" adds likely tones of the face and the
             person's own grain, shaped as the skin database says; "synthesize" goes on from there
             until hidden skin has the energies that the database says, lighter and darker.
 

@@ -27,10 +27,7 @@ RADIUS = 4.0  # mm, half the width of what is filled
 SOFT = 0.5  # mm, standard deviation of the blur that keeps pores and stubble from being filled
 MOST = 0.6  # of the logarithm
 AT_CORNER = (9.0, 5.0)  # mm from a corner of the mouth over which specks are left, are taken off
-OFF_CORNER = (
-    0.3,
-    1.5,
-)  # mm from the lips over which the folds beside their corners are left, are filled
+OFF_CORNER = (0.3, 1.5)  # mm from the lips over which folds beside their corners begin to count
 SPECK, GLINT = 2.0, 1.5  # mm, half the width of the largest; of the logarithm
 DARK = 2e-3  # linear
 
@@ -109,8 +106,7 @@ def _beside(head, on_skin):
     weight = weight * smoothstep(*OFF_LIPS, distance(lips)) * smoothstep(*OFF_NOSE, wings)
     # The fold that a smile cuts at the corner points down once the corner does.
     mouth = uv_polygon(head, marks.LIPS_OUTER, 1.0, on_skin.size).reshape(-1)[on_skin.index[rows]]
-    corners = np.linalg.norm(places[:, None] - points[marks.MOUTH_CORNERS], axis=2).min(1)
-    folds = smoothstep(*AT_CORNER, corners) * smoothstep(*OFF_CORNER, distance(lips))
+    folds = _at_corner(places, points) * smoothstep(*OFF_CORNER, distance(lips))
     weight = np.maximum(weight, folds * (1 - mouth))
     kept = weight > 0
     return rows[kept], weight[kept], texel
@@ -118,11 +114,17 @@ def _beside(head, on_skin):
 
 def _corners(head, on_skin):
     """The same of texels at the corners of the mouth."""
-    corners = head.landmarks(head.mean)[marks.MOUTH_CORNERS]
-    rows, places, texel = _around(head, on_skin, corners, AT_CORNER[0])
-    weight = smoothstep(*AT_CORNER, np.linalg.norm(places[:, None] - corners, axis=2).min(1))
+    points = head.landmarks(head.mean)
+    rows, places, texel = _around(head, on_skin, points[marks.MOUTH_CORNERS], AT_CORNER[0])
+    weight = _at_corner(places, points)
     kept = weight > 0
     return rows[kept], weight[kept], texel
+
+
+def _at_corner(places, points):
+    """How near places [n, 3] mm are to a corner of the mouth, of landmarks [L, 3] mm: [n] 0..1."""
+    away = np.linalg.norm(places[:, None] - points[marks.MOUTH_CORNERS], axis=2).min(1)
+    return smoothstep(*AT_CORNER, away)
 
 
 def _around(head, on_skin, points, reach):

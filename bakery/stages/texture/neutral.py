@@ -33,10 +33,7 @@ from bakery.stages.texture.unwrap import PartialAlbedo, unwrap_albedo
 from bakery.types import Fit, Landmarks, Photo
 
 CHANGED = 0.1  # log ratio from which skin no longer counts as observed
-SHADED = (
-    0.2,
-    0.5,
-)  # log by which the strip beside hair is made lighter, up to which and from which on
+LIFTED = (0.2, 0.5)  # log of a change of light: the strip beside hair is shown up to it, is not
 DARK = 1e-3  # linear; below it no ratio is told
 
 
@@ -195,7 +192,7 @@ def _lit_strip(over: np.ndarray, lift: np.ndarray, view: SkinView) -> np.ndarray
     )
     share = strip / np.maximum(strip + strands, 1e-3)
     beside = diffuse(lift[..., None].astype(np.float32), (lift != 0).astype(np.float32))[..., 0]
-    out = over * (1 - share * smoothstep(*SHADED, np.abs(beside)))[..., None]
+    out = over * (1 - share * smoothstep(*LIFTED, np.abs(beside)))[..., None]
     out[..., :3] *= np.exp(share * beside)[..., None]
     return out.astype(over.dtype)
 
