@@ -12,6 +12,8 @@ from bakery.formats.image import read_photo
 from bakery.formats.portraits import landmarks_of
 from bakery.generators.channels import NONE, Channels, condition_channels, shrunk_channels
 from bakery.geometry.fill import smoothstep
+from bakery.hair.base import Hair
+from bakery.hair.layer import HairLayer
 from bakery.heads.base import PARTS, HeadModel
 from bakery.stages.condition import SIZE, condition, finer
 from bakery.stages.face_frame import cut, face_frame
@@ -53,6 +55,7 @@ class FittedSubject:
         options: BuildOptions | None = None,
         size: int = SIZE,
         photo: Photo | None = None,
+        hair: Hair | None = None,
     ) -> None:
         """Fit and unwrap the neutral photo.
 
@@ -63,10 +66,12 @@ class FittedSubject:
             options: BuildOptions.
             size: pixels a side of the frames.
             photo: the Photo, if it was read already.
+            hair: what makes the hair; None makes the layer on the skin alone, which trains networks.
 
         Raises:
             FitError, InputError: the photo cannot be used.
         """
+        hair = hair or HairLayer()
         self.options, self.size, self.model = options or BuildOptions(), size, head
         photo = photo or read_photo(path)
         fit, segmentation = fit_portrait(path, photo, landmarks, head, self.options)
@@ -74,10 +79,11 @@ class FittedSubject:
         mattes = mattes_of(photo.encoded, segmentation, landmarks.points)
         resolution = self.options.texture.resolution
         prepared = prepare(
-            photo, landmarks, fit, neutral, self.head, mattes, resolution,
+            photo, landmarks, fit, neutral, self.head, mattes, resolution, hair.layer,
             rest=rest_of(self.options.texture), method=self.options.texture.complete,
         )  # fmt: skip
         self.subject, self.hair = prepared.subject, prepared.hair
+        self.hair_mesh = hair.mesh(photo, segmentation, fit, self.head, neutral)
         self.shape = neutral
         self.neutral = self._observation(photo, landmarks.points, fit, segmentation, neutral)
 

@@ -21,6 +21,7 @@ from bakery.evaluate.report import pairs
 from bakery.formats.image import write_image
 from bakery.formats.portraits import landmarks_of
 from bakery.geometry.color import to_encoded, to_linear
+from bakery.hair.cards import CardHair
 
 FIGURES = ("scores", "exposed", "driven")  # of Result
 DARK = 2e-3  # linear; below it no ratio is told
@@ -71,7 +72,7 @@ def measure(pair: Pair, head, ways: dict[str, BuildOptions]) -> Result:
     pictures: dict = {}
     for name, options in ways.items():
         smiling = landmarks_of(pair.smiling_points)
-        fitted = FittedSubject(pair.smiling, smiling, head, options, CROP)
+        fitted = FittedSubject(pair.smiling, smiling, head, options, CROP, hair=CardHair())
         own, target = fitted.observe_both(pair.neutral, landmarks_of(pair.neutral_points))
         face, truth = target.face / 255, target.picture
         pictures.setdefault("photo", fitted.neutral.picture)

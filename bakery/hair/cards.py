@@ -9,7 +9,7 @@ from bakery.heads.base import HeadModel
 from bakery.stages.atlas import Atlas, Visibility
 from bakery.stages.hair import make_hair
 from bakery.stages.segment import Segmentation
-from bakery.stages.texture.hair import Mattes, forehead, growth_on
+from bakery.stages.texture.hair import Mattes, before_ears, forehead, growth_on
 from bakery.types import Fit, HairMesh, Photo
 
 BESIDE = 30  # share of the atlas over which the layer fades out beside the scalp
@@ -30,12 +30,14 @@ class CardHair(HairLayer):
     ) -> np.ndarray:
         """See bakery.hair.base.Hair; what hangs before cheeks, ears and neck is left to the cards.
 
-        A fringe lies on the forehead, which is seen squarely: there the photo shows it best.
+        A fringe lies on the forehead, which is seen squarely: there the photo shows it best. Sideburns
+        are short, and end softly.
         """
         growth = growth_on(head, atlas)
         near = cv2.GaussianBlur(growth, (0, 0), atlas.size / BESIDE)
         kept = np.maximum(growth, smoothstep(0.05, 0.3, near))
-        kept = np.maximum(kept, forehead(head, atlas.size)).astype(np.float32)
+        kept = np.maximum(kept, forehead(head, atlas.size))
+        kept = np.maximum(kept, before_ears(head, atlas)).astype(np.float32)
         layer: np.ndarray = super().layer(linear, mattes, head, atlas, visibility)
         return layer * kept[..., None]
 

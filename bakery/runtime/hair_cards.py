@@ -5,15 +5,17 @@ first: sorted for each view by the middle of the card. No player has a neck that
 head turns, so all hair turns with the head, whatever its `hang`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from bakery.geometry import rotation
-from bakery.geometry.sample import bilinear
+from bakery.geometry.camera import project_camera, to_camera
+from bakery.geometry.raster import rasterize
+from bakery.geometry.sample import bilinear, interpolate
 from bakery.memo import once_per_object
-from bakery.runtime.cards import lay_faces
+from bakery.runtime.cards import lay_faces, lay_picture
 from bakery.types import HAIR_KINDS, HAIR_TRIANGLES, Camera, Fragments, HairMesh
 
 CAP = HAIR_KINDS.index("cap")
@@ -155,6 +157,36 @@ def hair_layer(
         hair.cards_uv[order].astype(np.float64), hair.texture, share,
     )  # fmt: skip
     return np.dstack([own, alpha])
+
+
+def over_picture(
+    picture: np.ndarray, depth: np.ndarray, camera: Camera, mesh: HairMesh | None
+) -> np.ndarray:
+    """A picture of a head with its hair drawn over it, at one sample a pixel.
+
+    Args:
+        picture: [H, W, 3] float32 linear; depth: [H, W] mm in front of the camera, inf for nothing.
+        camera: of the picture.
+        mesh: the hair; None if there is none.
+
+    Returns:
+        [H, W, 3] float32 linear.
+    """
+    hair = hair_cards(mesh)
+    color, depth = np.array(picture, np.float32), np.asarray(depth, np.float32)
+    if not len(hair.vertices):
+        return color
+    points = to_camera(hair.vertices, camera)
+    pixels, distance = project_camera(points, camera), -points[:, 2]
+    found = rasterize(pixels, distance, hair.cap, depth.shape, cull=True)
+    capped = (found.face >= 0) & (found.depth < depth)
+    nearest = replace(found, face=np.where(capped, found.face, -1))
+    shine = np.ones_like(hair.vertices)
+    paint_cap(color, nearest, 0, interpolate(nearest, hair.cap_uv), hair, shine)
+    depth = np.where(capped, found.depth, depth)
+    own = hair_layer(color, capped, depth, camera, pixels, distance, hair, shine)
+    lay_picture(color, np.ones_like(depth), own)
+    return color
 
 
 def _none() -> HairCards:

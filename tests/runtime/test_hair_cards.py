@@ -10,7 +10,7 @@ from bakery.geometry.color import to_encoded, to_linear
 from bakery.geometry.harmonics import C0
 from bakery.runtime.card_kernels import encoded
 from bakery.runtime.cards import lay_picture
-from bakery.runtime.hair_cards import NONE, hair_cards, soft_normals
+from bakery.runtime.hair_cards import NONE, hair_cards, over_picture, soft_normals
 from bakery.runtime.player import Player
 from bakery.runtime.relight import unlit
 from bakery.runtime.render import draw, over_gray
@@ -108,6 +108,20 @@ def test_the_cap_is_opaque_from_both_sides_and_hides_cards(noise_avatar, picture
     middle = found.color[70:90, 70:90]
     np.testing.assert_allclose(middle, np.broadcast_to(RED, middle.shape), atol=2e-3)
     assert (found.alpha[70:90, 70:90] > 0.999).all() and not found.face[70:90, 70:90].any()
+
+
+def test_hair_over_a_picture_of_the_head(noise_avatar):
+    """What lies nearer than the hair stays; cap and card cover the rest as they do in `draw`."""
+    camera = camera_of(noise_avatar)
+    mesh = sheets((130.0, 60, RED, 0.75, 0), (150.0, 60, GREEN, 0.5, 1))
+    gray = np.full((camera.height, camera.width, 3), 0.2, np.float32)
+    near, far = np.zeros(gray.shape[:2]), np.full(gray.shape[:2], np.inf)
+    np.testing.assert_array_equal(over_picture(gray, near, camera, mesh), gray)
+    np.testing.assert_array_equal(over_picture(gray, far, camera, None), gray)
+    found = over_picture(gray, far, camera, mesh)
+    middle = found[70:90, 70:90]
+    mixed = to_linear(to_encoded(np.float32(RED)) * 0.5 + to_encoded(np.float32(GREEN)) * 0.5)
+    np.testing.assert_allclose(middle, np.broadcast_to(mixed, middle.shape), atol=2e-3)
 
 
 @pytest.mark.parametrize("picture", [drawn, played])

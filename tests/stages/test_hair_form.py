@@ -200,3 +200,14 @@ def test_a_bald_top_that_shines_does_not_tell_the_colour_of_the_back(curtains):
     np.testing.assert_allclose(painter._middle(values, sides), dark, atol=1e-6)
     painter.portrait = replace(portrait, skin=np.zeros_like(portrait.skin))
     np.testing.assert_allclose(painter._middle(values, sides), skin, atol=1e-6)
+
+
+def test_the_cap_closes_hair_beside_the_face(curtains):
+    """Cards alone leave holes and rags there; before the forehead they hang without a cap."""
+    portrait, shell = curtains
+    _, inner = cap_surface(shell, portrait)
+    away = np.degrees(np.abs(chart.azimuth()))
+    rows = slice(DOME, DOME + 12)
+    beside = (shell.there > 0.9) & (shell.growth < 0.35) & (away > 58) & (away < 80)
+    assert beside[rows].sum() > 20
+    assert (inner[rows][beside[rows]] > 0).mean() > 0.95

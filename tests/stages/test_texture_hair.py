@@ -19,6 +19,7 @@ from bakery.stages.texture.hair import (
     _loose,
     _near,
     _tone,
+    before_ears,
     hair_layer,
     mattes_of,
 )
@@ -150,6 +151,16 @@ def test_a_fringe_stays_on_the_forehead_below_cards(head, seen):
     np.testing.assert_allclose(below_cards[forehead], whole[forehead], atol=0.02)
     lower = straight & (points[:, 1] < marks[EYE, 1])
     assert below_cards[lower, 3].max() < 0.01
+
+
+def test_sideburns_stay_on_the_skin_below_cards(head, seen):
+    """Before the ears' upper half the layer is whole; on ears and cheeks it is left to the cards."""
+    atlas, _ = seen
+    where = before_ears(head, atlas).reshape(-1)[atlas.index]
+    flat, (front, _, low, high) = unrolled(head)(atlas.at(head.mean)), ear_box(head)
+    across, up = flat.T
+    assert where[(across < front - 8) & (up > (low + high) / 2 + 10)].min() > 0.99
+    assert where[(across > front + 3) | (up < (low + high) / 2 - 8)].max() < 0.01
 
 
 def test_specks_of_background_in_a_fringe_belong_to_it():

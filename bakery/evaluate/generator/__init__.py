@@ -27,12 +27,15 @@ from bakery.generators.steady import SteadyGenerator
 from bakery.geometry.color import to_encoded
 from bakery.geometry.fill import diffuse
 from bakery.geometry.sample import bilinear, interpolate
+from bakery.hair.cards import CardHair
 from bakery.landmarks import EYES, FACE
 from bakery.runtime.blend import lay_hair
+from bakery.runtime.hair_cards import over_picture
 from bakery.stages.condition import shrunk
 from bakery.train.subjects import TRAINING
 
 DELTA_TEXELS = 256  # side of the map that carries another person's change
+GRAY = 0.18  # linear, behind the head
 LOOKALIKE = 48  # pixels a side of the pictures that people are told alike by
 
 
@@ -62,7 +65,8 @@ def measure(pair, head, painters, delta=None):
         Result; beside the painters there are `static`, the deformed neutral as it is, `warp`, the
         neutral photo warped by the true landmarks, and `delta`.
     """
-    fitted = FittedSubject(pair.neutral, landmarks_of(pair.neutral_points), head, size=CROP)
+    points = landmarks_of(pair.neutral_points)
+    fitted = FittedSubject(pair.neutral, points, head, size=CROP, hair=CardHair())
     driven, target = fitted.observe_both(pair.smiling, landmarks_of(pair.smiling_points))
     made = paint_all(fitted, driven, painters, head, delta)
     face, truth, points = target.face / 255, target.picture, target.points
@@ -100,10 +104,12 @@ def paint_all(fitted, observation, painters, head, delta=None):
         bilinear(fitted.hair, uv * fitted.hair.shape[0])
         * is_part(conditions.part, "skin")[..., None]
     )
-    fine = {
-        name: np.where(seen, to_encoded(np.clip(lay_hair(picture, hair), 0, 1)), 0.5)
-        for name, picture in linear.items()
-    }
+
+    def with_hair(picture):
+        bare = np.where(seen, lay_hair(picture, hair), GRAY)
+        return over_picture(bare, conditions.depth, conditions.camera, fitted.hair_mesh)
+
+    fine = {name: to_encoded(np.clip(with_hair(picture), 0, 1)) for name, picture in linear.items()}
     made = {name: shrunk(picture, observation.camera) for name, picture in fine.items()}
     made["warp"] = piecewise_affine(
         neutral.picture, neutral.points[:FACE], observation.points[:FACE]

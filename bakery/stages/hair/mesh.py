@@ -5,10 +5,12 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from bakery.geometry import camera as cameras
 from bakery.geometry.fill import smoothstep
 from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
+from bakery.stages.hair.presence import sides_of
 from bakery.stages.hair.shell import Shell, told
 from bakery.stages.hair.strands import KNOTS, Wisps
 
@@ -23,6 +25,10 @@ OUTER = 1.03  # share that the outermost have
 OVER = 3.0  # mm that wisps stand out farther: the photo cuts them to its outline
 UNDER = 2.5  # mm below the skin that the cap's border goes
 RETREAT = 1.0, 6.0  # mm that the cap ends before hair that the photo does not show, and does
+ASIDE = (
+    40.0,
+    55.0,
+)  # degrees from the camera: a fringe hangs before the face, a temple's hair lies on it
 RISE = 14.0  # mm over which it rises from its border
 ENDS = 3  # rows above the end of hanging hair at which its core ends
 FINE, COARSE = (2, 2), (4, 4)  # rows and columns of the chart between the cap's vertices
@@ -84,9 +90,11 @@ def cap_surface(shell: Shell, portrait: Portrait) -> tuple[np.ndarray, np.ndarra
     below = np.roll(shell.there, -ENDS, 0)
     below[-ENDS:] = 0
     there = np.where(hung, np.minimum(shell.there, below), shell.there) > 0.5
-    before = (shell.growth < 0.35) & _before_face(shell, portrait, cells)
-    # It hides the photo's own hairline; beside it, it closes what cards leave open.
-    retreat = np.interp(charts.smooth(shell.seen, 5.0), (0, 1), RETREAT)
+    aside = _aside(shell, portrait)
+    before = (shell.growth < 0.35) & _before_face(shell, portrait, cells) & (aside < 0.75)
+    # Above the face it would hide the photo's own hairline; beside it, it closes what cards leave open.
+    shown = charts.smooth(shell.seen, 5.0) * (1 - aside)
+    retreat = np.interp(shown, (0, 1), RETREAT)
     inner = charts.smooth(charts.distance_inside(there & ~np.isnan(share) & ~before), 4.0) - retreat
     lowest = charts.smooth(cv2.erode(np.nan_to_num(share), np.ones((3, 3))), 4.0)
     out = shell.base + lowest * (shell.radius - shell.base) * smoothstep(0, RISE, inner)
@@ -152,6 +160,14 @@ def _before_face(shell: Shell, portrait: Portrait, cells: np.ndarray) -> np.ndar
     pixels, depth = portrait.pixels(shell.surface(cells, 1.0))
     bare = at(portrait.depth, pixels)
     return (bare < NOTHING) & (depth < bare + 5)
+
+
+def _aside(shell: Shell, portrait: Portrait) -> np.ndarray:
+    """How far each column [COLUMNS] is beside the face, as the camera sees it: 0..1."""
+    front = sides_of(shell.chart, cameras.position(portrait.camera))[2]
+    near, far = np.cos(np.radians(ASIDE))
+    aside: np.ndarray = smoothstep(near, far, np.cos(charts.azimuth() - front))
+    return aside
 
 
 def ribbons(shell: Shell, wisps: Wisps, wider: float = 1.0) -> tuple[np.ndarray, np.ndarray]:

@@ -16,7 +16,7 @@ from bakery.stages.hair.portrait import NOTHING, Portrait, at
 
 SIDE = 60.0, 74.0  # degrees from the camera: what hangs beside the face is farther round
 FLANK = 85.0  # mm, radius of the cylinder on whose sides the outline lies
-SQUARE = (0.1, 0.45)  # cosine to the camera: the photo says nothing up to it, all from it on
+SQUARE = (0.02, 0.12)  # cosine to the camera: the photo says nothing up to it, all from it on
 NEAR = (0.15, 0.6)  # the same for what the other side may overrule
 MIRROR = 0.7  # weight of what the other side shows, where the own one is not seen
 PRIOR = 0.06  # weight of the usual hairline

@@ -38,6 +38,8 @@ SPECK = 0.04  # of the eye distance, side of the largest hole in hair that is ta
 HAIRLINE = 1 / 25  # of the atlas's side: twice how far off the scalp a hairline's strip reaches
 UP_TO_SCALP = 1.08  # of the face's contour: between it and the scalp nothing gapes
 JAW = 20.0  # mm above the chin, where the layer has gone
+SIDEBURN = (-6.0, 8.0)  # mm above the middle of an ear, up to which the layer shows none, all
+LOBE = 6.0  # mm before an ear from which it shows all
 POCKETS = 0.25  # of the eye distance, from the background: how far between strands it is seen
 LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
 ON_SKIN = (89.0, 82.0)  # degrees: off the scalp the photo says nothing beyond the first
@@ -143,6 +145,16 @@ def forehead(head: HeadModel, size: int) -> np.ndarray:
     down = (np.arange(size) + 0.5) / size
     inside = cv2.GaussianBlur(uv_polygon(head, OVAL, UP_TO_SCALP, size), (0, 0), size / 200)
     return (inside * smoothstep(eye, brow, down)[:, None]).astype(np.float32)
+
+
+def before_ears(head: HeadModel, atlas: Atlas) -> np.ndarray:
+    """1 on the skin before the ears and above their middle [T, T] float32, where sideburns are."""
+    flat = unrolled(head)(atlas.at(head.mean))
+    front, _, low, high = ear_box(head)
+    middle = (low + high) / 2
+    above = smoothstep(*(middle + np.array(SIDEBURN)), flat[:, 1])
+    found: np.ndarray = atlas.paint(above * smoothstep(front, front - LOBE, flat[:, 0]))
+    return found.astype(np.float32)
 
 
 def hair_layer(linear, mattes, head, atlas, visibility):
