@@ -16,6 +16,9 @@ def add_variants(document: gltf.GLTF2, made: Writer, lit: Lit) -> None:
         view = made.view(getattr(lit, name))
         picture = gltf.Image(name=f"lit_{name}", mimeType=f"image/{kind}", bufferView=view)
         document.images.append(picture)
+    for material in document.materials:
+        if material.name.startswith("hair"):
+            material.doubleSided = False  # see export.hair.both_sides
     count = len(document.materials)
     document.materials += [_lit(material, first) for material in document.materials]
     for mesh in document.meshes:

@@ -7,7 +7,7 @@ RELIEF = "skin"  # material with the normal map and a picture of roughness
 WET = "tear"  # is lit in both variants
 # Roughness as glTF and UsdPreviewSurface have it, of materials without a picture of it; by eye.
 ROUGH = {"eyes": 0.12, "teeth": 0.3, "tongue": 0.4, "lashes": 0.7}
-HAIR_ROUGH = 0.6
+HAIR_ROUGH = 0.85  # its gloss lies across the strands, which neither format can say
 # Index of refraction: skin and tongue, cornea; of others 1.5, as both formats take it.
 REFRACTION = {RELIEF: 1.4, "tongue": 1.4, "eyes": 1.376}
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from bakery import __version__
 from bakery.export.glb import write_glb, write_proxies
-from bakery.export.hair import Hair, hair_levels
+from bakery.export.hair import Hair, both_sides, hair_levels
 from bakery.export.lit import lit_pictures
 from bakery.export.lod import RATIOS, proxy_surfaces
 from bakery.export.manifest import describe_levels, levels_of_detail
@@ -42,6 +42,8 @@ class GlbExporter:
         lit = lit_pictures(avatar, size) if self.lit else None
         levels = levels_of_detail(avatar.head, avatar.neutral, mixes, self.ratios, self.lit)
         picture, cards, hair = pictures(avatar, size, len(levels))
+        if lit and hair:
+            hair = both_sides(hair)
         shares = partial(head_weights, avatar.head, avatar.neutral)
         rig = Rig(head_joints(avatar.head, avatar.neutral), BONES, shares)
         write_glb(target, levels, EXPRESSIONS + self.others, picture, cards, MAKER, hair, rig, lit)
