@@ -52,9 +52,7 @@ class Surface:
             check_array("Surface.twists", self.twists, (len(self.shapes), count, 3))
 
 
-def write_glb(
-    path, levels, shape_names, texture, cards, generator, hair=None, rig=None, lit=None
-):
+def write_glb(path, levels, shape_names, texture, cards, generator, hair=None, rig=None, lit=None):
     """Write a head: nodes of the finest level of detail in the scene, head, eyes and hair.
 
     The other levels are named by MSFT_lod. What they have in common with the finest stands once.

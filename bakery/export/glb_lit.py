@@ -52,7 +52,9 @@ def _lit(unlit: gltf.Material, first: int) -> gltf.Material:
         surface.metallicRoughnessTexture = gltf.TextureInfo(index=first + 1)
         material.normalTexture = gltf.NormalMaterialTexture(index=first + 2)
     if name in REFRACTION:
-        material.extensions["KHR_materials_specular"] = {"specularFactor": _mirrored(REFRACTION[name])}
+        material.extensions["KHR_materials_specular"] = {
+            "specularFactor": _mirrored(REFRACTION[name])
+        }
     return material
 
 

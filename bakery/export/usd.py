@@ -4,13 +4,15 @@ Source: openusd.org, UsdSkel and the UsdPreviewSurface specification. The looks 
 `export.materials`: `photo` gives off the texture and mirrors nothing, `lit` is shone on by lamps.
 """
 
+from __future__ import annotations
+
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from pxr import Gf, Kind, Sdf, Tf, Usd, UsdGeom, UsdSkel, Vt
 
 from bakery.export.glb import CLEAR, HAIR, Surface
 from bakery.export.glb_data import METRES, STILL
@@ -19,6 +21,9 @@ from bakery.export.rig import MOST, Rig
 from bakery.export.usd_materials import Looks
 from bakery.formats.files import write_bytes
 from bakery.formats.usdz import package
+
+with contextlib.suppress(ImportError):  # of the extra usd; without it exporters.usd says so
+    from pxr import Gf, Kind, Sdf, Tf, Usd, UsdGeom, UsdSkel, Vt
 
 ROOT = "/avatar"
 LAYER = "avatar.usdc"

@@ -3,12 +3,16 @@
 Source: openusd.org, "UsdPreviewSurface Specification".
 """
 
-from collections.abc import Mapping
+from __future__ import annotations
 
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
+import contextlib
+from collections.abc import Mapping
 
 from bakery.export.glb import CUT
 from bakery.export.materials import HAIR_ROUGH, REFRACTION, RELIEF, ROUGH, VARIANTS, WET
+
+with contextlib.suppress(ImportError):  # of the extra usd; without it exporters.usd says so
+    from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 PHOTO, LIT = VARIANTS
 # Files of a package, by what they show.

@@ -24,7 +24,9 @@ class UsdExporter:
     def export(self, avatar: Avatar, target: Path, size: int) -> dict[str, Any]:
         """See exporters.base.Exporter."""
         if importlib.util.find_spec("pxr") is None:
-            raise InputError("USD needs usd-core, which is not installed: pip install 'bakery[usd]'")
+            raise InputError(
+                "USD needs usd-core, which is not installed: pip install 'bakery[usd]'"
+            )
         from bakery.export import usd, usd_materials
 
         atlas, cards, hair = pictures(avatar, size, 1)

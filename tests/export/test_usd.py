@@ -75,7 +75,9 @@ def test_the_file_says_how_it_is_to_be_read(stage, made):
 
     assert UsdGeom.GetStageUpAxis(stage) == "Y" and UsdGeom.GetStageMetersPerUnit(stage) == 1
     told = stage.GetRootLayer().customLayerData
-    assert told["generator"].startswith("bakery") and "digitalsourcetype" in told["digitalSourceType"]
+    assert (
+        told["generator"].startswith("bakery") and "digitalsourcetype" in told["digitalSourceType"]
+    )
     with zipfile.ZipFile(made) as archive:
         assert archive.namelist()[0] == "avatar.usdc" and len(archive.namelist()) == 7
 
