@@ -4,9 +4,19 @@ import struct
 
 import numpy as np
 
-from bakery.formats.livelink import EYES, HEAD, ORDER
+from bakery.formats.livelink import EYES, HEAD
 
-NAMES = [*ORDER, *HEAD, *EYES]
+# PyLiveLinkFace's FaceBlendShape: Unreal's order, which is not that of the app's CSV.
+SHAPES = """EyeBlinkLeft EyeLookDownLeft EyeLookInLeft EyeLookOutLeft EyeLookUpLeft EyeSquintLeft
+EyeWideLeft EyeBlinkRight EyeLookDownRight EyeLookInRight EyeLookOutRight EyeLookUpRight
+EyeSquintRight EyeWideRight JawForward JawLeft JawRight JawOpen MouthClose MouthFunnel MouthPucker
+MouthLeft MouthRight MouthSmileLeft MouthSmileRight MouthFrownLeft MouthFrownRight MouthDimpleLeft
+MouthDimpleRight MouthStretchLeft MouthStretchRight MouthRollLower MouthRollUpper MouthShrugLower
+MouthShrugUpper MouthPressLeft MouthPressRight MouthLowerDownLeft MouthLowerDownRight
+MouthUpperUpLeft MouthUpperUpRight BrowDownLeft BrowDownRight BrowInnerUp BrowOuterUpLeft
+BrowOuterUpRight CheekPuff CheekSquintLeft CheekSquintRight NoseSneerLeft NoseSneerRight
+TongueOut""".split()
+NAMES = [*SHAPES, *HEAD, *EYES]
 DEVICE = b"$C0FFEE00-0000-4000-8000-0123456789AB"  # with its length, 36, as its first byte
 
 

@@ -6,7 +6,7 @@
     int32    frames since midnight, float32 a part of the next one
     int32    frames a second, as a fraction: numerator, int32 denominator
     uint8    61, the number of values
-    float32  ORDER, HEAD and EYES of `formats.livelink`, angles in radians
+    float32  SENT, angles in radians
 
 All are big-endian. A packet that ends behind the subject says that no face is seen. As readers that
 others wrote have it (JimWest/PyLiveLinkFace, MIT); Epic publishes no description.
@@ -21,8 +21,13 @@ from bakery.check import check_array
 from bakery.errors import InputError
 from bakery.formats.livelink import EYES, HEAD, ORDER
 
+# As the app's CSV, but left before right: the order of Unreal's EARFaceBlendShape.
+SWAPPED = {"JawRight": "JawLeft", "JawLeft": "JawRight",
+           "MouthRight": "MouthLeft", "MouthLeft": "MouthRight"}  # fmt: skip
+SENT = (*(SWAPPED.get(name, name) for name in ORDER), *HEAD, *EYES)
+PLACES = [SENT.index(name) for name in (*ORDER, *HEAD, *EYES)]
 VERSION = 6
-COUNT = len(ORDER) + len(HEAD) + len(EYES)
+COUNT = len(SENT)
 LONGEST = 1024  # bytes of a name
 LARGEST = 65535  # bytes of a packet
 LARGEST_ANGLE = 2 * np.pi
@@ -56,7 +61,7 @@ def parse_packet(data: bytes) -> Packet | None:
         frame, part, rate, per, count = struct.unpack_from(">ifiiB", data, at)
         if count != COUNT:
             raise InputError(f"a packet of {count} values; {COUNT} are read")
-        values = np.array(struct.unpack_from(f">{COUNT}f", data, at + 17), np.float32)
+        values = np.array(struct.unpack_from(f">{COUNT}f", data, at + 17), np.float32)[PLACES]
     except (struct.error, IndexError, UnicodeDecodeError):
         raise InputError("a packet that is not of Live Link Face, or is cut") from None
     angles = np.abs(values[len(ORDER) :])

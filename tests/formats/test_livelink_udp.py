@@ -7,20 +7,21 @@ import numpy as np
 import pytest
 
 from bakery.errors import InputError
-from bakery.formats.livelink import take_of
+from bakery.formats.livelink import EYES, HEAD, ORDER, take_of
 from bakery.formats.livelink_udp import parse_packet
 from bakery.types import EXPRESSION_INDEX
 
 OURS = runpy.run_path(str(Path(__file__).parents[1] / "livelink_packets.py"))
-packet, NAMES = OURS["packet"], OURS["NAMES"]
+packet = OURS["packet"]
 
 
 def test_a_known_packet():
-    values = {"JawOpen": 0.5, "TongueOut": 1.0, "HeadYaw": 0.25, "RightEyeRoll": -0.1}
+    values = {"JawOpen": 0.5, "TongueOut": 1.0, "HeadYaw": 0.25, "RightEyeRoll": -0.1,
+              "JawLeft": 0.25, "MouthRight": 0.75}  # fmt: skip
     found = parse_packet(packet(values, frame=600, part=0.5, rate=(30000, 1001), subject="Zoë"))
     assert found.subject == "Zoë"
     assert found.seconds == pytest.approx(600.5 * 1001 / 30000)
-    wanted = np.array([values.get(name, 0) for name in NAMES], np.float32)
+    wanted = np.array([values.get(name, 0) for name in (*ORDER, *HEAD, *EYES)], np.float32)
     np.testing.assert_array_equal(found.values, wanted)
 
 
