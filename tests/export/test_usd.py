@@ -2,6 +2,7 @@
 
 import zipfile
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -160,6 +161,23 @@ def test_each_look_has_its_pictures(stage):
         }
         lamps = {"albedo.jpg", "roughness.jpg", "normal.png"}
         assert files == (lamps if look == "lit" else {"photo.jpg"})  # resolved: in the package
+
+
+def test_the_guide_does_what_it_says(made, tmp_path, monkeypatch):
+    from pxr import Usd, UsdShade, UsdSkel
+
+    guide = (Path(__file__).parents[2] / "docs/guides/usd.md").read_text()
+    code = guide.split("```python")[1].split("```")[0]
+    (tmp_path / "head.usdz").write_bytes(made.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    exec(code, {})
+    stage = Usd.Stage.Open("posed.usda")
+    pose = UsdSkel.Animation.Get(stage, "/avatar/skeleton/pose")
+    row = pose.GetBlendShapeWeightsAttr().Get(1.5)
+    assert dict(zip(EXPRESSIONS, row))["jawOpen"] == pytest.approx(0.4)
+    skin = stage.GetPrimAtPath("/avatar/skin")
+    material, _ = UsdShade.MaterialBindingAPI(skin).ComputeBoundMaterial()
+    assert material.GetPath().name == "skin_lit" and problems(stage) == []
 
 
 def test_without_hair_and_without_usd_core(made, avatar, tmp_path, monkeypatch):
