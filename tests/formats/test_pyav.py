@@ -70,7 +70,44 @@ def test_parts_become_one_video_that_players_know(av, film):
 
 
 def test_the_same_pictures_give_the_same_bytes(av):
-    assert pyav.encode_h264(moving(5), RATE) == pyav.encode_h264(moving(5), RATE)
+    for encode in (pyav.encode_h264, pyav.encode_prores):
+        assert encode(moving(5), RATE) == encode(moving(5), RATE)
+
+
+def fading(count):
+    """Pictures of one colour with an alpha that grows to the right."""
+    alpha = np.tile(np.linspace(0, 255, 96).astype(np.uint8), (64, 1))
+    return [np.dstack([np.full((64, 96, 3), 60 + n, np.uint8), alpha]) for n in range(count)]
+
+
+def test_alpha_goes_through_prores(av, tmp_path):
+    parts = [tmp_path / "a", tmp_path / "b"]
+    for part in parts:
+        part.write_bytes(video.encode(fading(3), ".mov", RATE, video.codec_of(".mov")))
+    made = tmp_path / "film.mov"
+    sound = video.read_sound(tone(tmp_path / "tone.wav", loud_at=0.0), ".mov", tmp_path)
+    video.join(made, parts, ".mov", RATE, (96, 64), NOTE, sound)
+    assert made.read_bytes()[4:12] == b"ftypqt  " and b"DigitalSourceType" in made.read_bytes()
+    with av.open(str(made)) as clip:
+        stream = clip.streams.video[0]
+        coder = stream.codec_context
+        assert (coder.name, coder.profile, coder.colorspace) == ("prores", "4444", 1)
+        assert stream.average_rate == 25 and clip.streams.audio[0].codec_context.name == "aac"
+        frames = [
+            frame.to_ndarray(format="rgba", src_colorspace="ITU709", dst_colorspace="ITU709")
+            for frame in clip.decode(stream)
+        ]
+    assert len(frames) == 6
+    for found, wanted in zip(frames, [*fading(3), *fading(3)]):
+        np.testing.assert_allclose(found[..., 3].astype(int), wanted[..., 3], atol=1)
+        seen = wanted[..., 3] > 30
+        np.testing.assert_allclose(found[seen].astype(int), wanted[seen], atol=3)
+
+
+def test_without_it_mov_is_refused_in_a_line(monkeypatch):
+    monkeypatch.setattr(pyav, "available", lambda: False)
+    with pytest.raises(InputError, match=r"bakery\[video\]"):
+        video.kind_of("a.mov")
 
 
 def test_colours_come_back(av, tmp_path):
