@@ -20,7 +20,7 @@ STIFF, GRAVITY, DRAG = 1.0, 0.1, 0.4  # as VRM has them; it settles within a sec
 THICK = 0.008  # metres from a bone's end to what must not touch the skin
 INSIDE = 0.9  # of the head's half width: what hair collides with lies below the skin
 NECK, SHOULDER = 0.045, 0.045  # metres, radii
-SIDE, SINK = 0.11, 0.03  # metres from the root of the neck, aside and down, to the shoulders' ends
+SIDE, SINK = 0.11, 0.06  # metres from the root of the neck, aside and down, to the shoulders' ends
 
 
 @dataclass(frozen=True, eq=False)
