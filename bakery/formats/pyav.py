@@ -1,4 +1,4 @@
-"""H.264, ProRes and AAC by PyAV, an extra: video that browsers, phones, QuickTime and editors play.
+"""H.264, VP9, ProRes and AAC by PyAV, an extra: video that browsers, phones, QuickTime and editors play.
 
 PyAV's wheels hold libx264 and libx265, which stand under the GPL; so it is never a dependency, and
 who installs it decides. Without it videos are what `formats.video` says.
@@ -20,6 +20,9 @@ MISSING = (
 )
 # One thread and no look ahead over parts: the same bytes everywhere, parts that join.
 H264 = {"preset": "veryfast", "crf": "16", "bf": "0", "x264-params": "keyint=150:scenecut=0"}
+# As fast as it goes, and no frame that is not shown: IVF has a frame a picture.
+VP9 = {"deadline": "realtime", "cpu-used": "8", "crf": "18", "b": "0", "lag-in-frames": "0",
+       "auto-alt-ref": "0", "g": "150"}  # fmt: skip
 PRORES = {"profile": "4444", "vendor": "apl0", "alpha_bits": "16"}
 LARGEST_TERM = 240 * 1001  # of a rate as a fraction; 30000/1001 is one
 SOUND = {".mp4": ("mp4", "aac", "fltp"), ".webm": ("webm", "libopus", "flt")}
@@ -37,6 +40,11 @@ def encode_h264(pictures: Iterable[np.ndarray], rate: float) -> bytes:
     High profile, 4:2:0, BT.709 in video range, without B-frames, the first picture a key frame.
     """
     return _encode(pictures, rate, "mp4", "libx264", "yuv420p", H264)
+
+
+def encode_vp9(pictures: Iterable[np.ndarray], rate: float) -> bytes:
+    """Encode pictures [H, W, 3] uint8 sRGB, sides even, as an IVF file of VP9, 4:2:0, BT.709."""
+    return _encode(pictures, rate, "ivf", "libvpx-vp9", "yuv420p", VP9)
 
 
 def encode_prores(pictures: Iterable[np.ndarray], rate: float) -> bytes:

@@ -25,7 +25,7 @@ from bakery.formats.files import replacing
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # FFmpeg prints on stderr by itself
 KINDS = {".mp4": ("mp4v", ".mp4"), ".webm": ("VP80", ".ivf")}  # ending -> FourCC, of the parts
 ALPHA = ".mov"  # kind that carries alpha, by PyAV alone
-H264, PRORES = "avc1", "ap4h"
+H264, PRORES, VP9 = "avc1", "ap4h", "VP90"
 LARGEST_SIDE = 4096  # pixels
 BRANDS = {".mp4": b"isom", ALPHA: b"qt  "}  # what the first bytes of a file say it is
 # OpenCV's change to YUV cuts off instead of rounding: grey 118 came back as (115, 117, 114).
@@ -132,10 +132,10 @@ def kind_of(path):
 
 
 def codec_of(kind):
-    """How a video of a kind is coded here: a FourCC; H.264 where PyAV is installed."""
-    if kind == ALPHA:
-        return PRORES
-    return H264 if kind == ".mp4" and pyav.available() else KINDS[kind][0]
+    """How a video of a kind is coded here: a FourCC; H.264 and VP9 where PyAV is installed."""
+    if kind == ALPHA or pyav.available():
+        return {".mp4": H264, ".webm": VP9, ALPHA: PRORES}[kind]
+    return KINDS[kind][0]
 
 
 def encode(pictures, kind, rate, codec=None):
@@ -153,10 +153,9 @@ def encode(pictures, kind, rate, codec=None):
     Raises:
         InputError: this OpenCV lacks the codec.
     """
-    if codec == H264:
-        return pyav.encode_h264(pictures, rate)
-    if codec == PRORES:
-        return pyav.encode_prores(pictures, rate)
+    by_pyav = {H264: pyav.encode_h264, VP9: pyav.encode_vp9, PRORES: pyav.encode_prores}
+    if codec in by_pyav:
+        return by_pyav[codec](pictures, rate)
     four, ending = KINDS[kind]
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "part" + ending)
@@ -268,7 +267,7 @@ def _join_webm(file, parts, rate, size, note, sound, start):
     read = [webm.read_ivf(part) for part in parts]
     count = sum(len(part.places) for part in read)
     video = webm.Blocks(
-        "V_VP8", b"", np.arange(count) / rate,
+        read[0].codec, b"", np.arange(count) / rate,
         [place for part in read for place in part.places],
         np.concatenate([part.sync for part in read]),
     )  # fmt: skip
