@@ -18,7 +18,7 @@ KIND ?=
 # with these, 8:11 without, on one day of a host whose speed varies.
 KEEP_MEMORY = MALLOC_TRIM_THRESHOLD_=1000000000 MALLOC_MMAP_THRESHOLD_=33554432
 
-.PHONY: help setup demo test proofs fuzz lint golden bench avatars samples picture viewer clean
+.PHONY: help setup demo test proofs clients fuzz lint golden bench avatars samples picture viewer clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -42,6 +42,13 @@ test: $(READY) ## run the tests, for two cores
 
 proofs: $(READY) ## run the long proofs, minutes each
 	$(RUN)/python -m pytest -m slow
+
+clients: $(READY) ## show head.glb and USD in Blender, three.js, Babylon, PlayCanvas, model-viewer (1.3 GB to download)
+	$(RUN)/python -m pip install --quiet --disable-pip-version-check --no-deps --target .work/clients bpy==5.0.1
+	npm install --prefix .work/clients --silent --no-audit --no-fund \
+		babylonjs@9.35.0 babylonjs-loaders@9.35.0 playcanvas@2.23.3 @google/model-viewer@4.4.0
+	cd bakery/runtime/viewer && npm ci --silent --no-audit --no-fund
+	PYTHONPATH=.work/clients $(RUN)/python -m pytest tests/clients
 
 fuzz: $(READY) ## read damaged files: COUNT=50000 of each kind, or only KIND="exr take"
 	$(RUN)/python tests/fuzz $(COUNT) $(KIND)

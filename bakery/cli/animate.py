@@ -27,8 +27,8 @@ timecode_base = click.option(
 )
 @click.option(
     "-o", "--output", required=True,
-    help="Video to write, .webm (plays in browsers) or .mp4 (players and editors; with bakery[video] "
-    "everywhere); or PNG frames with alpha: a folder, or a pattern such as out/frame.%05d.png.",
+    help="Video to write, .webm (plays in browsers), .mp4 (players and editors; with bakery[video] "
+    "everywhere) or .mov (ProRes 4444 with alpha, by bakery[video]); or PNG frames with alpha: a folder, or a pattern such as out/frame.%05d.png.",
 )  # fmt: skip
 @click.option(
     "--view", default="front", show_default=True,

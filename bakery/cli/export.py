@@ -13,27 +13,35 @@ from bakery.cli import complete, options
 @click.argument("bundle", type=options.PATH)
 @click.option(
     "--format", "name", required=True, shell_complete=complete.plug_ins("exporters"),
-    help="glb, glb-speech (with visemes), vrm, textures (for renderers), web, exr, head, preview, proxies, or one that a plug-in brings.",
+    help="glb, glb-speech (with visemes), glb-lit (for lamps), usd, vrm, textures (for renderers), web, exr, head, preview, proxies, or one that a plug-in brings.",
 )  # fmt: skip
 @click.option("-o", "--output", required=True, type=options.PATH, help="File or folder to write.")
 @click.option(
     "--side", type=click.IntRange(64, 4096), default=1024, show_default=True,
     help="Texels on a side of textures, at most.",
 )  # fmt: skip
+@click.option("--curves", type=options.PATH, help="Take to put into a .glb as its animation.")
 @options.overwrite
-def export(bundle, name, output, side, overwrite):
+def export(bundle, name, output, side, curves, overwrite):
     """Write BUNDLE in another format.
 
     \b
     bakery export portrait.avatar --format glb -o portrait.glb
     bakery export portrait.avatar --format exr -o textures/
+    bakery export portrait.avatar --format glb --curves take.csv -o talking.glb
 
     A folder must be new or empty.
     """
+    from bakery.export.glb_take import with_take
     from bakery.export.open import open_avatar
+    from bakery.formats.files import write_bytes
+    from bakery.formats.livelink import read_take
     from bakery.plugins import plug_in
 
     exporter = plug_in("exporters", name)
+    if curves and exporter.suffix != ".glb":
+        raise click.UsageError(f"--curves goes into .glb files; --format {name} writes none")
+    take = read_take(curves) if curves else None
     if exporter.suffix:
         options.may_write(output, overwrite, endings=(exporter.suffix,))
     else:
@@ -43,7 +51,11 @@ def export(bundle, name, output, side, overwrite):
     with TemporaryDirectory(prefix=".new-", dir=output.parent) as folder:  # written aside
         made = Path(folder) / output.name
         exporter.export(avatar, made, side)
+        if take:
+            write_bytes(made, with_take(made.read_bytes(), take))
         if output.is_dir():
             output.rmdir()  # empty: `may_fill` made sure of it
         os.replace(made, output)
+    for note in take.notes if take else ():
+        options.say(f"{curves}: {note}")
     options.wrote(output)

@@ -11,6 +11,7 @@ import pygltflib as gltf
 
 from bakery.check import check_array
 from bakery.export.glb_data import METRES, STILL, UNBENT, Writer
+from bakery.export.glb_lit import add_variants
 from bakery.formats.files import write_bytes
 
 HEAD_NODE, EYES_NODE, HAIR_NODE = "head_LOD", "eyes_LOD", "hair_LOD"  # with the level's number
@@ -32,6 +33,10 @@ class Surface:
     faces: np.ndarray  # [F, 3] int
     shapes: np.ndarray  # [E, V, 3] mm, displacement at weight 1
     bends: np.ndarray | None = None  # [E, V, 3] what each shape at weight 1 adds to the normals
+    # Of surfaces with a normal map, as export.tangents makes them: [V, 4] unit, and w of 1 or -1;
+    # [E, V, 3] what each shape at weight 1 adds.
+    tangents: np.ndarray | None = None
+    twists: np.ndarray | None = None
 
     def __post_init__(self):
         count = len(self.vertices)
@@ -42,9 +47,12 @@ class Surface:
         check_array("Surface.shapes", self.shapes, (None, count, 3))
         if self.bends is not None:
             check_array("Surface.bends", self.bends, (len(self.shapes), count, 3))
+        if self.tangents is not None:
+            check_array("Surface.tangents", self.tangents, (count, 4))
+            check_array("Surface.twists", self.twists, (len(self.shapes), count, 3))
 
 
-def write_glb(path, levels, shape_names, texture, cards, generator, hair=None, rig=None):
+def write_glb(path, levels, shape_names, texture, cards, generator, hair=None, rig=None, lit=None):
     """Write a head: nodes of the finest level of detail in the scene, head, eyes and hair.
 
     The other levels are named by MSFT_lod. What they have in common with the finest stands once.
@@ -58,6 +66,7 @@ def write_glb(path, levels, shape_names, texture, cards, generator, hair=None, r
         generator: name and version of the program.
         hair: export.hair.Hair, or None without volume.
         rig: export.rig.Rig that carries all of it, or None without bones.
+        lit: export.lit.Lit, for a second material of each surface, or None without.
     """
     made = Writer()
     document = begin(made, generator, texture, cards, hair)
@@ -84,6 +93,8 @@ def write_glb(path, levels, shape_names, texture, cards, generator, hair=None, r
     if any(node.extensions for node in document.nodes):
         document.extensionsUsed.append("MSFT_lod")
     document.scenes = [gltf.Scene(name="avatar", nodes=roots)]  # no bone's name: three.js renames
+    if lit is not None:
+        add_variants(document, made, lit)
     write_document(path, document, made)
 
 
@@ -230,10 +241,12 @@ def add_mesh(document, made, name, surfaces, materials, shape_names, carried=Non
 
 def primitive(made, piece, materials):
     """A glTF primitive of a Surface, its data added to a Writer."""
+    tangents = None if piece.tangents is None else made.vectors(piece.tangents)
     return gltf.Primitive(
         attributes=gltf.Attributes(
             POSITION=made.vectors(piece.vertices * METRES, limits=True),
             NORMAL=made.vectors(_unit(piece.normals)),
+            TANGENT=tangents,
             TEXCOORD_0=made.vectors(piece.uv),
         ),
         indices=made.indices(piece.faces),
@@ -247,7 +260,10 @@ def _target(made, piece, number):
     shape = made.differences(piece.shapes[number] * METRES, STILL * METRES, limits=True)
     if piece.bends is None:
         return {"POSITION": shape}
-    return {"POSITION": shape, "NORMAL": made.differences(piece.bends[number], UNBENT)}
+    target = {"POSITION": shape, "NORMAL": made.differences(piece.bends[number], UNBENT)}
+    if piece.twists is not None:
+        target["TANGENT"] = made.differences(piece.twists[number], UNBENT)
+    return target
 
 
 def _coarser_primitive(made, piece, finer):

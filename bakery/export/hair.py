@@ -1,6 +1,6 @@
 """Hair with volume as glTF: the surfaces of each level of detail, and a file of its own."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +11,7 @@ from bakery.export.glb import Surface
 from bakery.export.glb_data import Writer
 from bakery.export.web.files import straight_alpha
 from bakery.formats import image
+from bakery.geometry.mesh import face_normals
 from bakery.runtime.hair_cards import soft_normals
 from bakery.types import HAIR_KINDS, HAIR_TRIANGLES, HairMesh
 
@@ -41,6 +42,7 @@ def surfaces(mesh: HairMesh, level: int, kinds: tuple[str, ...] = HAIR_KINDS) ->
         faces = mesh.faces[(mesh.kind == kind) & mesh.shown(level)]
         if not len(faces):
             continue
+        faces = _facing(mesh.vertices, faces, normals)
         used, index = np.unique(faces, return_inverse=True)
         found.append(
             Surface(
@@ -53,6 +55,30 @@ def surfaces(mesh: HairMesh, level: int, kinds: tuple[str, ...] = HAIR_KINDS) ->
             )
         )
     return found
+
+
+def _facing(vertices, faces, normals):
+    """Triangles [F, 3] turned over where they face away from the normals [V, 3] of their vertices.
+
+    Programs turn the normal over on the back of a triangle: lit cards were black in patches.
+    """
+    away = (face_normals(vertices, faces) * normals[faces].sum(1)).sum(1) < 0
+    return np.where(away[:, None], faces[:, ::-1], faces)
+
+
+def both_sides(hair: Hair) -> Hair:
+    """Hair with each triangle a second time, turned over: seen from both sides in the same light.
+
+    Its materials must not be double-sided then. Those turn normals over: lit edges were black.
+    """
+    levels = [
+        [
+            replace(piece, faces=np.concatenate([piece.faces, piece.faces[:, ::-1]]))
+            for piece in level
+        ]
+        for level in hair.levels
+    ]
+    return replace(hair, levels=levels)
 
 
 def write_hair(path: Path, mesh: HairMesh, generator: str, level: int = 0) -> None:

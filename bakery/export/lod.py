@@ -155,7 +155,7 @@ def coarser(surface, ratios):
 
 def _first(surface, kept, faces):
     """Some vertices of a surface, between other faces."""
-    bends = None if surface.bends is None else surface.bends[:, kept]
+    lit = surface.tangents is not None
     return Surface(
         name=surface.name,
         vertices=surface.vertices[kept],
@@ -163,7 +163,9 @@ def _first(surface, kept, faces):
         uv=surface.uv[kept],
         faces=faces,
         shapes=surface.shapes[:, kept],
-        bends=bends,
+        bends=None if surface.bends is None else surface.bends[:, kept],
+        tangents=surface.tangents[kept] if lit else None,
+        twists=surface.twists[:, kept] if lit else None,
     )
 
 

@@ -9,7 +9,9 @@ from bakery.export import bundle as bundles
 from bakery.export import hair_mesh, layout
 from bakery.export.glb import EYES, EYES_NODE, HAIR_NODE, HEAD_NODE
 from bakery.export.lod import COARSE, RATIOS, coarser, head_surfaces
+from bakery.export.materials import RELIEF
 from bakery.export.schema import VERSION
+from bakery.export.tangents import with_tangents
 from bakery.formats import record
 from bakery.heads.base import CARDS, HeadModel
 from bakery.types import EXPRESSIONS, Fit, Maker, Photo, Textures
@@ -26,14 +28,18 @@ ALBEDO = {
 IPTC = "http://cv.iptc.org/newscodes/digitalsourcetype/"
 
 
-def levels_of_detail(head, neutral, mixes=(), ratios=RATIOS):
+def levels_of_detail(head, neutral, mixes=(), ratios=RATIOS, lit=False):
     """The head at each ratio of its triangles: a list of Surfaces a level, finest first.
 
-    The first arguments are those of `head_surfaces`, `ratios` that of `coarser`.
+    The first arguments are those of `head_surfaces`, `ratios` that of `coarser`; `lit` gives tangents
+    to what has a normal map then.
 
     Seen from so far that the coarsest level will do, lashes are gone.
     """
-    found = [coarser(piece, ratios) for piece in head_surfaces(head, neutral, mixes)]
+    pieces = head_surfaces(head, neutral, mixes)
+    if lit:
+        pieces = [with_tangents(one) if one.name == RELIEF else one for one in pieces]
+    found = [coarser(piece, ratios) for piece in pieces]
     return [
         [piece for piece in level if ratio >= COARSE or piece.name not in CARDS]
         for ratio, level in zip(ratios, zip(*found))

@@ -1,6 +1,7 @@
 """VRM 1.0: the head on a person's bones, with expressions, gaze and permissions.
 
-Source: VRMC_vrm 1.0 (github.com/vrm-c/vrm-specification): humanoid, expressions, lookAt, meta. The
+Source: VRMC_vrm 1.0 (github.com/vrm-c/vrm-specification): humanoid, expressions, lookAt, meta; hair
+that hangs swings by VRMC_springBone. The
 52 shapes stand as custom expressions under ARKit's names, as programs for face tracking look for
 them ("Perfect Sync"). What it permits is as little as the format can say: whoever publishes an
 avatar has to agree with the person that it shows.
@@ -19,8 +20,10 @@ from bakery.export.glb_data import METRES, Writer
 from bakery.export.hair import Hair
 from bakery.export.rig import Rig
 from bakery.export.skeleton import SKINNED, from_body, joint_weights, joints, to_body
+from bakery.export.springs import LINKS, chain_joints, chain_weights, hair_chains, spring_table
 from bakery.formats.targets import expression_weights
 from bakery.heads.base import HeadModel, gaze_of, weights
+from bakery.landmarks import BEFORE_EARS
 from bakery.types import EXPRESSIONS
 
 PRESETS = {  # expression of VRM -> ours
@@ -72,8 +75,15 @@ def write_vrm(
         gltf.Image(name="thumbnail", mimeType=kind, bufferView=made.view(thumbnail))
     )
     bones = joints(head, neutral)
-    number = {bone.name: index for index, bone in enumerate(bones)}
-    rig = Rig(bones, SKINNED, partial(_carried, head, neutral))
+    places = {bone.name: bone.place for bone in bones}
+    pivot = from_body(places["head"])
+    hanging = np.concatenate([piece.vertices for piece in locks] or [np.zeros((0, 3))])
+    chains = hair_chains(hanging, pivot)
+    links = chain_joints(chains)
+    number = {bone.name: index for index, bone in enumerate([*bones, *links])}
+    swinging = [name for chain in chains for name in chain.names()[:LINKS]]
+    carried = partial(_carried, head, neutral, chains, pivot)
+    rig = Rig([*bones, *links], [*SKINNED, *swinging], carried)
     roots = [rig.add(document, made)]
     for name, pieces, shapes in ((HEAD, surfaces, EXPRESSIONS), (LOCKS, locks, ())):
         if pieces:
@@ -90,14 +100,22 @@ def write_vrm(
             "meshAnnotations": [{"node": node, "type": "thirdPersonOnly"} for node in roots[1:]]
         },
         "expressions": _expressions(roots[1]),
-        "lookAt": _look_at(head, neutral, bones[number["head"]].place),
+        "lookAt": _look_at(head, neutral, places["head"]),
     }
+    if chains:
+        width = np.ptp(to_body(neutral[head.landmark_vertices[BEFORE_EARS]])[..., 0])
+        document.extensionsUsed.append("VRMC_springBone")
+        document.extensions["VRMC_springBone"] = spring_table(chains, number, places, width)
     glb.write_document(path, document, made)
 
 
-def _carried(head, neutral, piece):
-    """How much the bones of SKINNED carry a Surface in the body's space."""
-    return joint_weights(head, neutral, from_body(piece.vertices * METRES))
+def _carried(head, neutral, chains, pivot, piece):
+    """How much the bones of SKINNED and of chains of hair carry a Surface in the body's space."""
+    points = from_body(piece.vertices * METRES)
+    swinging = chain_weights(chains if piece.name in glb.HAIR else (), points, pivot)
+    still = joint_weights(head, neutral, points) * (1 - swinging.sum(1, keepdims=True))
+    free = np.zeros((len(points), LINKS * len(chains) - swinging.shape[1]))
+    return np.concatenate([still, swinging, free], 1)
 
 
 def _placed(piece):

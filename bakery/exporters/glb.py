@@ -8,7 +8,8 @@ import numpy as np
 
 from bakery import __version__
 from bakery.export.glb import write_glb, write_proxies
-from bakery.export.hair import Hair, hair_levels
+from bakery.export.hair import Hair, both_sides, hair_levels
+from bakery.export.lit import lit_pictures
 from bakery.export.lod import RATIOS, proxy_surfaces
 from bakery.export.manifest import describe_levels, levels_of_detail
 from bakery.export.mouth import mouth_light
@@ -33,15 +34,19 @@ class GlbExporter:
     name, sha256, suffix, place = "glb", "", ".glb", "head.glb"
     others: tuple[str, ...] = ()  # further morph targets, of formats.targets.OTHERS
     ratios: tuple[float, ...] = RATIOS  # of the triangles, a level of detail
+    lit = False  # whether each surface has a second material, that lamps shine on
 
     def export(self, avatar: Avatar, target: Path, size: int) -> dict[str, Any]:
         """See exporters.base.Exporter."""
         mixes = [other_weights()[list(OTHERS).index(name)] for name in self.others]
-        levels = levels_of_detail(avatar.head, avatar.neutral, mixes, self.ratios)
+        lit = lit_pictures(avatar, size) if self.lit else None
+        levels = levels_of_detail(avatar.head, avatar.neutral, mixes, self.ratios, self.lit)
         picture, cards, hair = pictures(avatar, size, len(levels))
+        if lit and hair:
+            hair = both_sides(hair)
         shares = partial(head_weights, avatar.head, avatar.neutral)
         rig = Rig(head_joints(avatar.head, avatar.neutral), BONES, shares)
-        write_glb(target, levels, EXPRESSIONS + self.others, picture, cards, MAKER, hair, rig)
+        write_glb(target, levels, EXPRESSIONS + self.others, picture, cards, MAKER, hair, rig, lit)
         return {"lods": describe_levels(levels, hair.levels if hair else ())}
 
 
@@ -54,6 +59,13 @@ class SpeechGlbExporter(GlbExporter):
     name = "glb-speech"
     ratios = (0.8, 0.4, 0.15, 0.05)
     others = tuple(OTHERS)
+
+
+class LitGlbExporter(GlbExporter):
+    """The same with a lit variant of each material, a normal map, and tangents for it."""
+
+    name = "glb-lit"
+    lit = True
 
 
 def pictures(avatar: Avatar, size: int, levels: int) -> tuple[bytes, bytes | None, Hair | None]:

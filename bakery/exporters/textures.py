@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from bakery.formats.texture import write_texture
+from bakery.formats.texture import ACESCG, REC709_COLORS, write_texture
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import lay_hair
 from bakery.types import EXPRESSIONS
@@ -21,6 +21,7 @@ class TexturesExporter:
     """
 
     name, sha256, suffix, place = "textures", "", "", "exports/textures"
+    colors = REC709_COLORS
 
     def export(self, avatar: Avatar, target: Path, size: int) -> dict[str, Any]:
         """See exporters.base.Exporter."""
@@ -30,9 +31,16 @@ class TexturesExporter:
             ("neutral", *textures.key_names), (textures.neutral, *textures.keys)
         ):
             laid = lay_hair(np.asarray(texture, np.float32), textures.hair)
-            write_texture(target / f"{name}.exr", laid, size)
+            write_texture(target / f"{name}.exr", laid, size, self.colors)
         if len(textures.albedo):
-            write_texture(target / "albedo.exr", textures.albedo, size)
+            write_texture(target / "albedo.exr", textures.albedo, size, self.colors)
         for name, mask in zip(EXPRESSIONS, avatar.masks):
             write_texture(target / MASKS / f"{name}.exr", mask, size)
         return {}
+
+
+class AcesTexturesExporter(TexturesExporter):
+    """The same in ACEScg."""
+
+    name, place = "textures-acescg", "exports/textures-acescg"
+    colors = ACESCG

@@ -180,6 +180,17 @@ def parse_take(name, data: bytes, base: int | None = None) -> Take:
     return _take(np.array(time), values, dropped, columns, notes)
 
 
+def take_of(seconds: np.ndarray, values: np.ndarray) -> Take:
+    """A Take of numbers as the app has them, by the rules above; none of them dropped.
+
+    Args:
+        seconds: [N] increasing.
+        values: [N, 61] ORDER, HEAD and EYES.
+    """
+    columns = {name.lower(): place for place, name in enumerate((*ORDER, *HEAD, *EYES))}
+    return _take(np.asarray(seconds, float), list(values), [], columns, [])
+
+
 def _rows(lines, separator):
     """(number, fields) of the records behind the header; a decimal comma becomes a point."""
     for number, line in lines[1:]:

@@ -272,7 +272,7 @@ def cut(track, start, end):
     ), max(late, 0.0)
 
 
-def write_mp4(file, tracks, size, note, xmp, delays=None):
+def write_mp4(file, tracks, size, note, xmp, delays=None, brand=b"isom"):
     """Write tracks into one file, index first, so that it plays while it loads.
 
     Args:
@@ -282,10 +282,11 @@ def write_mp4(file, tracks, size, note, xmp, delays=None):
         note: text that players show as comment.
         xmp: XMP packet, text.
         delays: seconds at which each track begins, 0 without.
+        brand: what the file says it is, four letters.
     """
     delays = delays or [0.0] * len(tracks)
     order = _interleaved(tracks)
-    lead = box(b"ftyp", b"isom", struct.pack(">I", 512), b"isomiso2mp41")
+    lead = box(b"ftyp", brand, struct.pack(">I", 512), brand + b"iso2mp41")
     lead += box(b"uuid", XMP, xmp.encode())
     blank = _moov(tracks, order, 0, size, note, delays)
     total = sum(place[2] for track in tracks for place in track.places)

@@ -1,4 +1,4 @@
-"""H.264 and AAC by PyAV, an extra: video that every browser, phone and QuickTime plays with sound.
+"""H.264, VP9, ProRes and AAC by PyAV, an extra: video that browsers, phones, QuickTime and editors play.
 
 PyAV's wheels hold libx264 and libx265, which stand under the GPL; so it is never a dependency, and
 who installs it decides. Without it videos are what `formats.video` says.
@@ -20,6 +20,10 @@ MISSING = (
 )
 # One thread and no look ahead over parts: the same bytes everywhere, parts that join.
 H264 = {"preset": "veryfast", "crf": "16", "bf": "0", "x264-params": "keyint=150:scenecut=0"}
+# As fast as it goes, and no frame that is not shown: IVF has a frame a picture.
+VP9 = {"deadline": "realtime", "cpu-used": "8", "crf": "18", "b": "0", "lag-in-frames": "0",
+       "auto-alt-ref": "0", "g": "150"}  # fmt: skip
+PRORES = {"profile": "4444", "vendor": "apl0", "alpha_bits": "16"}
 LARGEST_TERM = 240 * 1001  # of a rate as a fraction; 30000/1001 is one
 SOUND = {".mp4": ("mp4", "aac", "fltp"), ".webm": ("webm", "libopus", "flt")}
 RATE = 48000  # Hz of transcoded sound; Opus has no other
@@ -35,23 +39,40 @@ def encode_h264(pictures: Iterable[np.ndarray], rate: float) -> bytes:
 
     High profile, 4:2:0, BT.709 in video range, without B-frames, the first picture a key frame.
     """
+    return _encode(pictures, rate, "mp4", "libx264", "yuv420p", H264)
+
+
+def encode_vp9(pictures: Iterable[np.ndarray], rate: float) -> bytes:
+    """Encode pictures [H, W, 3] uint8 sRGB, sides even, as an IVF file of VP9, 4:2:0, BT.709."""
+    return _encode(pictures, rate, "ivf", "libvpx-vp9", "yuv420p", VP9)
+
+
+def encode_prores(pictures: Iterable[np.ndarray], rate: float) -> bytes:
+    """Encode pictures [H, W, 3 or 4] uint8 sRGB as a QuickTime file of one ProRes 4444 track.
+
+    10 bits, 4:4:4, BT.709 in video range; alpha of 16 bits, colour not multiplied by it, opaque where
+    the pictures have none. Every frame is a key frame.
+    """
+    return _encode(pictures, rate, "mov", "prores_ks", "yuva444p10le", PRORES)
+
+
+def _encode(pictures, rate, container, name, pixels, options) -> bytes:
     import av
 
     stream, file = None, io.BytesIO()
-    with av.open(file, "w", format="mp4") as out:
+    with av.open(file, "w", format=container) as out:
         for picture in pictures:
             if stream is None:
-                stream = out.add_stream(
-                    "libx264", rate=Fraction(rate).limit_denominator(LARGEST_TERM)
-                )
+                stream = out.add_stream(name, rate=Fraction(rate).limit_denominator(LARGEST_TERM))
                 stream.height, stream.width = picture.shape[:2]
-                stream.pix_fmt = "yuv420p"
+                stream.pix_fmt = pixels
                 coder = stream.codec_context
-                coder.thread_count, coder.options = 1, H264
+                coder.thread_count, coder.options = 1, options
                 coder.colorspace = coder.color_primaries = 1  # BT.709
                 coder.color_trc, coder.color_range = 13, 1  # sRGB; 16 to 235
-            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), "rgb24").reformat(
-                format="yuv420p",
+            given = "rgb24" if picture.shape[2] == 3 else "rgba"
+            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), given).reformat(
+                format=pixels,
                 src_colorspace="ITU709",
                 dst_colorspace="ITU709",
                 src_color_range="JPEG",

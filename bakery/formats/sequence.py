@@ -10,7 +10,7 @@ import numpy as np
 
 from bakery.errors import InputError
 from bakery.formats.image import encode_image
-from bakery.formats.video import KINDS, Note
+from bakery.formats.video import ALPHA, KINDS, Note
 
 NAME = "frame.%05d.png"  # in a folder that is given without a pattern
 NUMBER = re.compile(r"%0?(\d?)d|(#+)")
@@ -74,7 +74,7 @@ def check_output(output: str) -> Sequence | None:
         InputError: neither a sequence nor a video.
     """
     found = sequence_of(output)
-    if found is None and Path(output).suffix.lower() not in KINDS:
+    if found is None and Path(output).suffix.lower() not in (*KINDS, ALPHA):
         raise InputError(
             f"{output}: give .webm (plays in browsers), .mp4 (players, editors), or a folder or "
             f"{NAME} for frames"

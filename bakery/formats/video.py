@@ -24,8 +24,10 @@ from bakery.formats.files import replacing
 
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # FFmpeg prints on stderr by itself
 KINDS = {".mp4": ("mp4v", ".mp4"), ".webm": ("VP80", ".ivf")}  # ending -> FourCC, of the parts
-H264 = "avc1"
+ALPHA = ".mov"  # kind that carries alpha, by PyAV alone
+H264, PRORES, VP9 = "avc1", "ap4h", "VP90"
 LARGEST_SIDE = 4096  # pixels
+BRANDS = {".mp4": b"isom", ALPHA: b"qt  "}  # what the first bytes of a file say it is
 # OpenCV's change to YUV cuts off instead of rounding: grey 118 came back as (115, 117, 114).
 LIFT = (1.0, 0.0, 1.0, 0.0)
 INSTEAD = "write to the other kind, drop --sound, or pip install 'bakery[video]', which converts it"
@@ -110,12 +112,18 @@ class Clip:
 
 
 def kind_of(path):
-    """The ending of a video that can be written: ".mp4" or ".webm".
+    """The ending of a video that can be written: ".mp4", ".webm", or with PyAV ".mov".
 
     Raises:
         InputError: another one.
     """
     ending = Path(path).suffix.lower()
+    if ending == ALPHA:
+        if not pyav.available():
+            raise InputError(
+                f"{path}: .mov (ProRes 4444, with alpha) needs PyAV: pip install 'bakery[video]'"
+            )
+        return ending
     if ending not in KINDS:
         raise InputError(
             f"{path}: videos are written as .webm (plays in browsers) or .mp4 (players, editors)"
@@ -124,15 +132,17 @@ def kind_of(path):
 
 
 def codec_of(kind):
-    """How a video of a kind is coded here: a FourCC; H.264 where PyAV is installed."""
-    return H264 if kind == ".mp4" and pyav.available() else KINDS[kind][0]
+    """How a video of a kind is coded here: a FourCC; H.264 and VP9 where PyAV is installed."""
+    if kind == ALPHA or pyav.available():
+        return {".mp4": H264, ".webm": VP9, ALPHA: PRORES}[kind]
+    return KINDS[kind][0]
 
 
 def encode(pictures, kind, rate, codec=None):
     """Encode pictures as a part of a video that can be joined with others.
 
     Args:
-        pictures: [H, W, 3] uint8 sRGB each, sides even.
+        pictures: [H, W, 3] uint8 sRGB each, sides even; for ALPHA [H, W, 4] too.
         kind: ending of the whole, see `kind_of`.
         rate: frames a second.
         codec: from `codec_of`; None is what OpenCV codes.
@@ -143,8 +153,9 @@ def encode(pictures, kind, rate, codec=None):
     Raises:
         InputError: this OpenCV lacks the codec.
     """
-    if codec == H264:
-        return pyav.encode_h264(pictures, rate)
+    by_pyav = {H264: pyav.encode_h264, VP9: pyav.encode_vp9, PRORES: pyav.encode_prores}
+    if codec in by_pyav:
+        return by_pyav[codec](pictures, rate)
     four, ending = KINDS[kind]
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "part" + ending)
@@ -187,6 +198,7 @@ def read_sound(path, kind, folder=None):
         InputError: the kind of video cannot hold it.
     """
     path = Path(path)
+    kind = ".mp4" if kind == ALPHA else kind  # the same boxes
     if not path.is_file():
         raise InputError(f"{path}: no such file; give the clip whose sound is wanted")
     if folder is not None and pyav.available():
@@ -235,27 +247,27 @@ def join(path, parts, kind, rate, size, note, sound=None, start=0.0):
         start: seconds of the sound that are left out at its beginning.
     """
     with replacing(path) as file:
-        if kind == ".mp4":
-            _join_mp4(file, parts, size, note, sound, start)
+        if kind in (".mp4", ALPHA):
+            _join_mp4(file, parts, size, note, sound, start, BRANDS[kind])
         else:
             _join_webm(file, parts, rate, size, note, sound, start)
 
 
-def _join_mp4(file, parts, size, note, sound, start):
+def _join_mp4(file, parts, size, note, sound, start, brand):
     tracks, delays = [mp4.joined([mp4.read_tracks(part)[0] for part in parts])], [0.0]
     if sound is not None:
         heard, delay = mp4.cut(sound, start, start + tracks[0].seconds)
         if heard.places:
             tracks.append(heard)
             delays.append(delay)
-    mp4.write_mp4(file, tracks, size, note.text, note.xmp(), delays)
+    mp4.write_mp4(file, tracks, size, note.text, note.xmp(), delays, brand)
 
 
 def _join_webm(file, parts, rate, size, note, sound, start):
     read = [webm.read_ivf(part) for part in parts]
     count = sum(len(part.places) for part in read)
     video = webm.Blocks(
-        "V_VP8", b"", np.arange(count) / rate,
+        read[0].codec, b"", np.arange(count) / rate,
         [place for part in read for place in part.places],
         np.concatenate([part.sync for part in read]),
     )  # fmt: skip

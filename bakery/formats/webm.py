@@ -1,4 +1,5 @@
-"""WebM files (Matroska's EBML): find the blocks of a sound track, write VP8 and sound into one file."""
+"""WebM files (Matroska's EBML): find the blocks of a sound track, write VP8 or VP9 and
+sound into one file."""
 
 import io
 import struct
@@ -144,8 +145,12 @@ def _stripped(entry):
         file.seek(end)
 
 
+# FourCC of IVF -> codec of WebM, and bits of a frame's first byte that key frames have at 0.
+CODECS = {b"VP80": ("V_VP8", 0x01), b"VP90": ("V_VP9", 0x0C)}
+
+
 def read_ivf(path):
-    """The frames of a VP8 file as OpenCV writes it: Blocks at times counted in frames.
+    """The frames of a VP8 or VP9 file: Blocks at times counted in frames.
 
     Raises:
         ValueError: not such a file.
@@ -153,15 +158,16 @@ def read_ivf(path):
     places, sync = [], []
     with open(path, "rb") as file:
         head = file.read(32)
-        if head[:4] != b"DKIF" or head[8:12] != b"VP80":
-            raise ValueError(f"{path}: not VP8 in IVF")
+        if head[:4] != b"DKIF" or head[8:12] not in CODECS:
+            raise ValueError(f"{path}: not VP8 or VP9 in IVF")
+        codec, between = CODECS[head[8:12]]
         while len(start := file.read(12)) == 12:
             size = struct.unpack("<I", start[:4])[0]
             at = file.tell()
-            sync.append(file.read(1)[0] & 1 == 0)
+            sync.append(file.read(1)[0] & between == 0)
             places.append((path, at, size))
             file.seek(at + size)
-    return Blocks("V_VP8", b"", np.arange(len(places), dtype=float), places, np.array(sync, bool))
+    return Blocks(codec, b"", np.arange(len(places), dtype=float), places, np.array(sync, bool))
 
 
 def element(kind, *parts):

@@ -201,7 +201,7 @@ def write_video(avatar, take, settings, output, note, key, sound=None, progress=
 
     Args:
         avatar: runtime.avatar.Avatar; take: formats.livelink.Take; settings: RenderSettings.
-        output: .mp4 or .webm; replaced when complete.
+        output: .mp4, .webm or, with alpha, .mov; replaced when complete.
         note: formats.video.Note.
         key: what the bundle and the program are, for telling finished parts from stale ones.
         sound: clip whose sound is laid under it, or None.
@@ -212,6 +212,7 @@ def write_video(avatar, take, settings, output, note, key, sound=None, progress=
         InputError: the ending, the range or the sound cannot be used.
     """
     kind = video.kind_of(output)
+    settings = replace(settings, film=kind != video.ALPHA)
     player = AnimationPlayer(avatar, take, settings)
     key = key_of(key, digest(format_take(take)), asdict(settings))
     with work_folder(output, work) as kept:

@@ -26,13 +26,14 @@ TITLE = 80  # characters
 SHOWN = 6  # problems of a bundle that a message lists
 
 
-def page(folder, watch=None, derive=None):
+def page(folder, watch=None, derive=None, live=False):
     """The page of a bundle.
 
     Args:
         folder: the bundle.
         watch: token of the state that is shown; a page with one asks its server for a newer state.
         derive: function (folder) -> files of web/, for bundles that were baked without them.
+        live: whether its server sends a stream of Live Link Face (`show.live`).
 
     Returns:
         bytes of the HTML file.
@@ -50,6 +51,7 @@ def page(folder, watch=None, derive=None):
         "facts": _facts(manifest),
         "lights": {name: record.numbers(read_light(name), 5) for name in preset.names(KIND)},
         "watch": watch,
+        "live": live,
     }
     script, style = asset("page.js"), asset("page.css")
     pieces = {

@@ -1,7 +1,10 @@
 """A local server of one page that loads itself again when its bundle was baked again."""
 
+import contextlib
 import hashlib
 import logging
+import queue
+import socket
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from threading import Lock
@@ -13,13 +16,14 @@ from bakery.show.page import page
 
 log = logging.getLogger(__name__)
 HOST = "127.0.0.1"  # nobody else on the network sees the avatar
+PULSE = 5.0  # seconds of silence after which a stream says that it is there
 
 
 class Shown:
     """The newest good page of a bundle; a bake that is under way does not disturb it."""
 
-    def __init__(self, folder, derive=None):
-        self.folder, self.derive = Path(folder), derive
+    def __init__(self, folder, derive=None, live=False):
+        self.folder, self.derive, self.live = Path(folder), derive, live
         self.lock = Lock()  # each request has a thread of its own
         self.token, self.content = None, None
         self.refresh()
@@ -34,7 +38,7 @@ class Shown:
             try:
                 token = hashlib.sha256(read_bytes(self.folder / MANIFEST)).hexdigest()[:16]
                 if token != self.token:
-                    self.content = page(self.folder, watch=token, derive=self.derive)
+                    self.content = page(self.folder, token, self.derive, self.live)
                     self.token = token
             except BakeryError as error:
                 if self.content is None:
@@ -50,27 +54,31 @@ class Server(ThreadingHTTPServer):
         log.debug("a request failed", exc_info=True)
 
 
-def make_server(folder, port, derive=None):
+def make_server(folder, port, derive=None, live=None):
     """A server for one bundle on this machine; call `serve_forever`.
 
     Args:
         folder: the bundle.
         port: 0 takes any free one.
         derive: see `page.page`.
+        live: show.live.Live, whose poses the page plays; or None.
 
     Raises:
         BundleError: something is wrong with the bundle.
         InputError: the port is taken.
     """
-    shown = Shown(folder, derive)
+    shown = Shown(folder, derive, live is not None)
 
     class Handler(BaseHTTPRequestHandler):
-        """Two addresses: the page, and the token of its state."""
+        """Three addresses: the page, the token of its state, and what comes live."""
 
         def do_GET(self):
             host = self.headers.get("Host", "").rsplit(":", 1)[0]
             if host not in (HOST, "localhost"):  # a foreign name that was made to lead here
                 self.send_error(403)
+                return
+            if self.path == "/live" and live and self.command == "GET":
+                self.stream()
                 return
             if self.path not in ("/", "/version"):
                 self.send_error(404)
@@ -89,6 +97,21 @@ def make_server(folder, port, derive=None):
                 self.wfile.write(data)
 
         do_HEAD = do_GET
+
+        def stream(self):
+            """Server-sent events, until the reader goes away."""
+            self.connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self.send_response(200)
+            self.send_header("Content-Type", "text/event-stream")
+            self.send_header("Cache-Control", "no-store")
+            self.send_header("X-Content-Type-Options", "nosniff")
+            self.end_headers()
+            with contextlib.suppress(ConnectionError), live.listening() as poses:
+                while True:
+                    try:
+                        self.wfile.write(b"data: " + poses.get(timeout=PULSE) + b"\n\n")
+                    except queue.Empty:
+                        self.wfile.write(b":\n\n")  # a remark: finds out whether somebody reads
 
         def log_message(self, text, *values):
             log.debug(text, *values)

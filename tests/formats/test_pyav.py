@@ -1,7 +1,9 @@
 """Videos by PyAV, where it is installed: what browsers and QuickTime ask for, and sound in time."""
 
 import math
+import struct
 import wave
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -23,7 +25,7 @@ def test_without_it_nothing_changes(monkeypatch):
     monkeypatch.setattr(pyav, "available", lambda: False)
     assert video.codec_of(".mp4") == "mp4v" and video.codec_of(".webm") == "VP80"
     monkeypatch.setattr(pyav, "available", lambda: True)
-    assert video.codec_of(".mp4") == "avc1" and video.codec_of(".webm") == "VP80"
+    assert video.codec_of(".mp4") == "avc1" and video.codec_of(".webm") == "VP90"
 
 
 def moving(count, first=0):
@@ -70,15 +72,54 @@ def test_parts_become_one_video_that_players_know(av, film):
 
 
 def test_the_same_pictures_give_the_same_bytes(av):
-    assert pyav.encode_h264(moving(5), RATE) == pyav.encode_h264(moving(5), RATE)
+    for encode in (pyav.encode_h264, pyav.encode_vp9, pyav.encode_prores):
+        assert encode(moving(5), RATE) == encode(moving(5), RATE)
 
 
-def test_colours_come_back(av, tmp_path):
+def fading(count):
+    """Pictures of one colour with an alpha that grows to the right."""
+    alpha = np.tile(np.linspace(0, 255, 96).astype(np.uint8), (64, 1))
+    return [np.dstack([np.full((64, 96, 3), 60 + n, np.uint8), alpha]) for n in range(count)]
+
+
+def test_alpha_goes_through_prores(av, tmp_path):
+    parts = [tmp_path / "a", tmp_path / "b"]
+    for part in parts:
+        part.write_bytes(video.encode(fading(3), ".mov", RATE, video.codec_of(".mov")))
+    made = tmp_path / "film.mov"
+    sound = video.read_sound(tone(tmp_path / "tone.wav", loud_at=0.0), ".mov", tmp_path)
+    video.join(made, parts, ".mov", RATE, (96, 64), NOTE, sound)
+    assert made.read_bytes()[4:12] == b"ftypqt  " and b"DigitalSourceType" in made.read_bytes()
+    with av.open(str(made)) as clip:
+        stream = clip.streams.video[0]
+        coder = stream.codec_context
+        assert (coder.name, coder.profile, coder.colorspace) == ("prores", "4444", 1)
+        assert stream.average_rate == 25 and clip.streams.audio[0].codec_context.name == "aac"
+        frames = [
+            frame.to_ndarray(format="rgba", src_colorspace="ITU709", dst_colorspace="ITU709")
+            for frame in clip.decode(stream)
+        ]
+    assert len(frames) == 6
+    for found, wanted in zip(frames, [*fading(3), *fading(3)]):
+        np.testing.assert_allclose(found[..., 3].astype(int), wanted[..., 3], atol=1)
+        seen = wanted[..., 3] > 30
+        np.testing.assert_allclose(found[seen].astype(int), wanted[seen], atol=3)
+
+
+def test_without_it_mov_is_refused_in_a_line(monkeypatch):
+    monkeypatch.setattr(pyav, "available", lambda: False)
+    with pytest.raises(InputError, match=r"bakery\[video\]"):
+        video.kind_of("a.mov")
+
+
+@pytest.mark.parametrize("kind, encode", [(".mp4", pyav.encode_h264), (".ivf", pyav.encode_vp9)])
+def test_colours_come_back(av, tmp_path, kind, encode):
     wanted = [(118, 118, 118), (20, 20, 20), (200, 150, 130), (90, 60, 50), (30, 200, 30)]
     pictures = [np.tile(np.uint8(color), (64, 64, 1)) for color in wanted]
-    (tmp_path / "a.mp4").write_bytes(pyav.encode_h264(pictures, 30000 / 1001))
-    with av.open(str(tmp_path / "a.mp4")) as clip:
-        assert float(clip.streams.video[0].average_rate) == pytest.approx(30000 / 1001)
+    (tmp_path / f"a{kind}").write_bytes(encode(pictures, 30000 / 1001))
+    with av.open(str(tmp_path / f"a{kind}")) as clip:
+        rate = clip.streams.video[0].average_rate  # an IVF file says none
+        assert kind == ".ivf" or float(rate) == pytest.approx(30000 / 1001)
         found = [
             frame.to_ndarray(format="rgb24", src_colorspace="ITU709", dst_colorspace="ITU709")[
                 30, 30
@@ -158,3 +199,45 @@ def test_what_has_no_sound_or_is_no_clip(av, film, tmp_path):
     with pytest.raises(InputError, match="cannot be read") as caught:
         video.read_sound(tmp_path / "a.txt", ".mp4", tmp_path)
     assert "\n" not in str(caught.value)
+
+
+def test_a_webm_is_vp9_of_all_frames(av, film):
+    with av.open(str(film(kind=".webm"))) as clip:
+        stream = clip.streams.video[0]
+        frames = list(clip.decode(stream))
+        assert stream.codec_context.name in ("vp9", "libvpx-vp9") and len(frames) == 25
+        assert [frame.key_frame for frame in frames].count(True) == 3  # one a part
+
+
+PLAIN = struct.pack(">9i", 0x10000, 0, 0, 0, 0x10000, 0, 0, 0, 0x40000000)  # QuickTime's matrix
+QUARTER = struct.pack(">9i", 0, 0x10000, 0, -0x10000, 0, 0, 0, 0, 0x40000000)
+
+
+@pytest.mark.parametrize(
+    "codec, pixels, name",
+    [("libx265", "yuv420p10le", "a.mov"), ("libx264", "yuv420p", "a.mp4"), ("libvpx-vp9", "yuv420p", "a.webm")],
+)  # fmt: skip
+def test_clips_of_phones_are_read_in_time(av, tmp_path, codec, pixels, name):
+    """10 bits, HEVC, and frames that come when they come."""
+    times = np.cumsum([0, 40, 40, 120, 40, 20, 80, 200, 40])  # milliseconds
+    with av.open(str(tmp_path / name), "w") as out:
+        stream = out.add_stream(codec, rate=30)
+        stream.width, stream.height, stream.pix_fmt = 160, 96, pixels
+        stream.codec_context.time_base = Fraction(1, 1000)
+        for time in times:
+            picture = np.zeros((96, 160, 3), np.uint8)
+            picture[:48, :80] = 200
+            frame = av.VideoFrame.from_ndarray(picture, "rgb24")
+            frame.pts, frame.time_base = int(time), Fraction(1, 1000)
+            out.mux(stream.encode(frame))
+        out.mux(stream.encode())
+    frames = list(video.Clip(tmp_path / name).frames())
+    np.testing.assert_allclose([seconds for seconds, _ in frames], times / 1000, atol=1e-3)
+    assert all(np.abs(seen[24, 40].astype(int) - 200).max() < 6 for _, seen in frames)
+    if name.endswith(".webm"):
+        return
+    data = (tmp_path / name).read_bytes()  # and held upright
+    at = data.index(PLAIN, data.index(b"tkhd"))
+    (tmp_path / name).write_bytes(data[:at] + QUARTER + data[at + len(PLAIN) :])
+    _, turned = next(video.Clip(tmp_path / name).frames())
+    assert turned.shape == (160, 96, 3) and turned[40, 80].min() > 190 and turned[40, 20].max() < 20

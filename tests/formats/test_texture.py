@@ -5,7 +5,7 @@ import OpenImageIO as oiio
 import pytest
 
 from bakery.export.open import open_avatar
-from bakery.formats.texture import write_texture
+from bakery.formats.texture import ACESCG, REC709_COLORS, write_texture
 from bakery.plugins import plug_in
 from bakery.types import EXPRESSIONS
 
@@ -38,6 +38,33 @@ def test_a_texture_comes_back_with_tiles_and_mipmaps(tmp_path, channels):
     assert (tmp_path / "a.exr").read_bytes() == (tmp_path / "b.exr").read_bytes()
     write_texture(tmp_path / "c.exr", picture, 64)
     assert levels(tmp_path / "c.exr")[0][0].width == 64
+
+
+def to_xyz(chromaticities):
+    """[3, 3] of a space's primaries to XYZ, written anew (SMPTE RP 177)."""
+    points = np.array(chromaticities, float).reshape(4, 2)
+    full = np.array([(x / y, 1, (1 - x - y) / y) for x, y in points])
+    return full[:3].T * np.linalg.solve(full[:3].T, full[3]), full[3]
+
+
+def test_acescg_is_the_same_colour_by_its_primaries(tmp_path):
+    bradford = np.array(
+        [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]]
+    )
+    (one, white), (other, aces) = (
+        to_xyz(space.chromaticities) for space in (REC709_COLORS, ACESCG)
+    )
+    adapted = np.linalg.inv(bradford) @ np.diag(bradford @ aces / (bradford @ white)) @ bradford
+    np.testing.assert_allclose(ACESCG.matrix, np.linalg.solve(other, adapted @ one), atol=2e-4)
+    np.testing.assert_allclose(ACESCG.matrix.sum(1), 1, atol=1e-5)  # grey stays grey
+    picture = np.tile(np.float32([0.4, 0.2, 0.1]), (64, 64, 1))
+    write_texture(tmp_path / "a.exr", picture, 64, ACESCG)
+    spec, pixels = levels(tmp_path / "a.exr")[0]
+    assert spec["colorInteropID"] == "lin_ap1_scene"
+    np.testing.assert_allclose(spec["chromaticities"], ACESCG.chromaticities, atol=1e-6)
+    np.testing.assert_allclose(pixels[0, 0], ACESCG.matrix @ picture[0, 0], atol=2e-4)
+    write_texture(tmp_path / "b.exr", picture[..., 0], 64, ACESCG)
+    assert levels(tmp_path / "b.exr")[0][0]["colorInteropID"] == "data"
 
 
 def test_a_file_for_each_key_expression_and_each_mask(bundle, tmp_path):

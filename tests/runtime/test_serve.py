@@ -25,7 +25,8 @@ def folder(tmp_path, monkeypatch):
     busy = threading.Lock()
     serve_calls.clear()
 
-    def page(folder, watch, derive):
+    def page(folder, watch, derive, live):
+        assert not live
         assert busy.acquire(blocking=False), "two pages are made at once"
         try:
             time.sleep(0.005)  # so that other threads come meanwhile

@@ -2,6 +2,7 @@
 
 import { AvatarError, MOST_GAZE, load } from '../avatar.js';
 import { folded, make, say, section, segment, slider, toggle } from './dom.js';
+import { Live } from './live.js';
 import { Player, save } from './player.js';
 import { follow, straighten } from './pointer.js';
 import { Sliders, words } from './sliders.js';
@@ -95,6 +96,7 @@ class Page {
       this.request(false);
     });
     this.player = new Player(avatar, () => this.request());
+    this.live = about.live ? new Live(this.player) : null;
     this.build(about);
     follow(canvas, avatar, {
       changed: () => this.request(false),
@@ -135,6 +137,7 @@ class Page {
     panel.append(
       make('header', {}, make('h1', { dir: 'auto' }, about.title), make('p', {}, 'Synthetic media: made from one portrait')),
       this.expressions(about),
+      ...(this.live ? [section('Live', this.live.element)] : []),
       section('Take', this.player.element),
       this.gazeAndHead(),
       folded('Sliders', true, this.sliders.element),
@@ -276,7 +279,9 @@ class Page {
       if (share === 1) this.ease = null;
     }
     player.advance(now);
+    const drawn = this.live?.advance();
     avatar.render();
+    drawn?.(now);
     if (this.all && (now - this.shownAt > SHOW_EVERY || !(player.playing || this.ease))) {
       this.shownAt = now;
       this.all = false;

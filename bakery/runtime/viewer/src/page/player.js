@@ -100,15 +100,19 @@ export class Player {
 
   apply() {
     if (!this.take) return;
-    const { weights, head, eyes } = takeAt(this.take, this.time);
+    this.show(takeAt(this.take, this.time));
+    this.place.value = String(this.length ? this.time / this.length : 0);
+    this.clock.textContent = `${clock(this.time)} of ${clock(this.length)}`;
+    this.changed();
+  }
+
+  /** Pose the avatar: 52 weights, head and eyes in degrees. */
+  show({ weights, head, eyes }) {
     const table = {};
     this.avatar.expressions.forEach((name, k) => (table[name] = weights[k] * this.gain));
     this.avatar.set(table);
     if (eyes && (eyes[0] || eyes[1])) this.avatar.direction = eyes;
     this.avatar.turn(head[0], head[1], head[2]);
-    this.place.value = String(this.length ? this.time / this.length : 0);
-    this.clock.textContent = `${clock(this.time)} of ${clock(this.length)}`;
-    this.changed();
   }
 
   toggleRecording() {

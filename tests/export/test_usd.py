@@ -1,0 +1,193 @@
+"""The head as USD, read by OpenUSD itself: valid, and every vertex where the head has it."""
+
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bakery.export.lod import MATERIALS, head_surfaces
+from bakery.export.open import open_avatar
+from bakery.export.skeleton import BONES, head_joints
+from bakery.heads.base import weights
+from bakery.plugins import plug_in
+from bakery.testing import refuses
+from bakery.types import EXPRESSIONS
+
+HAIR = {"hair_cap", "hair_cards", "hair_fringe"}
+
+
+@pytest.fixture(scope="module")
+def pxr():
+    return pytest.importorskip("pxr", reason="needs usd-core, the extra usd")
+
+
+@pytest.fixture(scope="module")
+def avatar(hairy_bundle):
+    return open_avatar(hairy_bundle)
+
+
+@pytest.fixture(scope="module")
+def made(pxr, avatar, tmp_path_factory):
+    path = tmp_path_factory.mktemp("usd") / "a.usdz"
+    plug_in("exporters", "usd").export(avatar, path, 256)
+    return path
+
+
+@pytest.fixture
+def stage(made):
+    """The file, opened; what a test changes stays with the test."""
+    from pxr import Usd
+
+    found = Usd.Stage.Open(str(made))
+    found.SetEditTarget(found.GetSessionLayer())
+    return found
+
+
+def problems(stage):
+    """What all of OpenUSD's validators say, as `usdchecker` does."""
+    from pxr import UsdValidation
+
+    registry = UsdValidation.ValidationRegistry()
+    context = UsdValidation.ValidationContext(registry.GetOrLoadAllValidators())
+    return [error.GetMessage() for error in context.Validate(stage)]
+
+
+def test_usdchecker_finds_nothing(stage):
+    assert problems(stage) == []
+    looks = stage.GetDefaultPrim().GetVariantSets().GetVariantSet("look")
+    for look in looks.GetVariantNames():
+        looks.SetVariantSelection(look)
+        assert problems(stage) == []
+
+
+def test_usdchecker_would_find_something(stage):
+    from pxr import Usd, UsdGeom
+
+    broken = Usd.Stage.Open(stage.Flatten())
+    broken.ClearDefaultPrim()
+    UsdGeom.Mesh.Define(broken, "/avatar/skin/nested")
+    assert len(problems(broken)) >= 2
+
+
+def test_the_file_says_how_it_is_to_be_read(stage, made):
+    from pxr import UsdGeom
+
+    assert UsdGeom.GetStageUpAxis(stage) == "Y" and UsdGeom.GetStageMetersPerUnit(stage) == 1
+    told = stage.GetRootLayer().customLayerData
+    assert (
+        told["generator"].startswith("bakery") and "digitalsourcetype" in told["digitalSourceType"]
+    )
+    with zipfile.ZipFile(made) as archive:
+        assert archive.namelist()[0] == "avatar.usdc" and len(archive.namelist()) == 7
+
+
+def skinned(stage, shapes=(), turn=None):
+    """Points [V, 3] mm of each mesh as UsdSkel deforms them; `turn`: a bone and degrees about +y."""
+    from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
+
+    pose = UsdSkel.Animation.Get(stage, "/avatar/skeleton/pose")
+    known = list(pose.GetBlendShapesAttr().Get())
+    pose.GetBlendShapeWeightsAttr().Set(
+        Vt.FloatArray([float(dict(shapes).get(name, 0)) for name in known])
+    )
+    if turn:
+        rotations = list(pose.GetRotationsAttr().Get())
+        number = [path.rpartition("/")[2] for path in pose.GetJointsAttr().Get()].index(turn[0])
+        rotations[number] = Gf.Quatf(Gf.Rotation(Gf.Vec3d(0, 1, 0), turn[1]).GetQuat())
+        pose.GetRotationsAttr().Set(Vt.QuatfArray(rotations))
+    flat = Usd.Stage.Open(stage.Flatten())
+    root = UsdSkel.Root.Get(flat, Sdf.Path("/avatar"))
+    assert UsdSkel.BakeSkinning(root, Gf.Interval.GetFullInterval())
+    found = {}
+    for prim in flat.Traverse():
+        if prim.IsA(UsdGeom.Mesh):
+            points = UsdGeom.Mesh(prim).GetPointsAttr().Get(Usd.TimeCode.EarliestTime())
+            found[prim.GetName()] = np.array(points) * 1000
+    return found
+
+
+@pytest.mark.parametrize("name", ["jawOpen", "eyeBlinkLeft", "mouthSmileRight", "eyeLookUpLeft"])
+def test_blend_shapes_move_the_head_as_its_model_does(stage, avatar, name):
+    one = weights({name: 1.0})
+    wanted = head_surfaces(avatar.head, avatar.neutral)
+    found = skinned(stage, {name: 1.0})
+    assert set(found) == set(MATERIALS) | HAIR
+    for piece in wanted:
+        np.testing.assert_allclose(
+            found[piece.name], piece.vertices + np.tensordot(one, piece.shapes, 1), atol=0.11
+        )  # mm: what moves less than 0.1 is at rest
+
+
+def test_bones_turn_what_they_carry(stage, avatar):
+    rest = {piece.name: piece.vertices for piece in head_surfaces(avatar.head, avatar.neutral)}
+    turned = skinned(stage, turn=("head", 30.0))
+    place = {joint.name: joint.place * 1000 for joint in head_joints(avatar.head, avatar.neutral)}
+    c, s = np.cos(np.radians(30)), np.sin(np.radians(30))
+    rotation = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+    rigid = (rest["eyes"] - place["head"]) @ rotation.T + place["head"]
+    np.testing.assert_allclose(turned["eyes"], rigid, atol=0.01)
+    low = rest["skin"][:, 1] < rest["skin"][:, 1].min() + 20
+    assert np.abs(turned["skin"] - rest["skin"])[low].max() < 0.01
+
+
+def test_bones_and_names(stage):
+    from pxr import UsdSkel
+
+    joints = UsdSkel.Skeleton.Get(stage, "/avatar/skeleton").GetJointsAttr().Get()
+    assert [path.rpartition("/")[2] for path in joints] == list(BONES)
+    pose = UsdSkel.Animation.Get(stage, "/avatar/skeleton/pose")
+    assert list(pose.GetBlendShapesAttr().Get()) == list(EXPRESSIONS)
+
+
+def test_each_look_has_its_pictures(stage):
+    from pxr import UsdGeom, UsdShade
+
+    looks = stage.GetDefaultPrim().GetVariantSets().GetVariantSet("look")
+    assert looks.GetVariantNames() == ["lit", "photo"] and looks.GetVariantSelection() == "photo"
+    for look in looks.GetVariantNames():
+        looks.SetVariantSelection(look)
+        for prim in stage.Traverse():
+            if not prim.IsA(UsdGeom.Mesh):
+                continue
+            material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+            assert material.GetPath().name == f"{prim.GetName()}_{look}"
+        skin = stage.GetPrimAtPath(f"/avatar/materials/skin_{look}")
+        files = {
+            child.GetAttribute("inputs:file").Get().resolvedPath.rpartition("/")[2].strip("]")
+            for child in skin.GetChildren()
+            if child.HasAttribute("inputs:file")
+        }
+        lamps = {"albedo.jpg", "roughness.jpg", "normal.png"}
+        assert files == (lamps if look == "lit" else {"photo.jpg"})  # resolved: in the package
+
+
+def test_the_guide_does_what_it_says(made, tmp_path, monkeypatch):
+    from pxr import Usd, UsdShade, UsdSkel
+
+    guide = (Path(__file__).parents[2] / "docs/guides/usd.md").read_text()
+    code = guide.split("```python")[1].split("```")[0]
+    (tmp_path / "head.usdz").write_bytes(made.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    exec(code, {})
+    stage = Usd.Stage.Open("posed.usda")
+    pose = UsdSkel.Animation.Get(stage, "/avatar/skeleton/pose")
+    row = pose.GetBlendShapeWeightsAttr().Get(1.5)
+    assert dict(zip(EXPRESSIONS, row))["jawOpen"] == pytest.approx(0.4)
+    skin = stage.GetPrimAtPath("/avatar/skin")
+    material, _ = UsdShade.MaterialBindingAPI(skin).ComputeBoundMaterial()
+    assert material.GetPath().name == "skin_lit" and problems(stage) == []
+
+
+def test_without_hair_and_without_usd_core(made, avatar, tmp_path, monkeypatch):
+    from pxr import Usd
+
+    bald = replace(avatar, textures=replace(avatar.textures, hair_mesh=None))
+    exporter = plug_in("exporters", "usd")
+    exporter.export(bald, tmp_path / "b.usdz", 64)
+    stage = Usd.Stage.Open(str(tmp_path / "b.usdz"))
+    assert not stage.GetPrimAtPath("/avatar/hair_cap") and problems(stage) == []
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    refuses(lambda: exporter.export(bald, tmp_path / "c.usdz", 64), "usd-core", "bakery[usd]")
+    assert not (tmp_path / "c.usdz").exists()
