@@ -17,6 +17,9 @@ from bakery.geometry.fill import diffuse, normalized_blur, smoothstep, soft_limi
 FINE, WIDE = 1 / 70, 1 / 25  # of the atlas's side: what is finer is detail; the field is as wide
 RIM = 1 / 60  # of the atlas's side: tones of borders off the face are the least sure
 LIGHTER = 2.0  # how much more the lighter half says: by the power of this of their ratio
+# The same of the half whose colour is nearer to that of the face's middle, and how wide that is, in
+# shares of the atlas's side to both sides.
+COLORED, MIDDLE = 12.0, 0.1
 # Log of luminance, and of colour beside it, by which tones may differ from the field: where both halves
 # do, or one does, and where the tone is no more believed than at a slant.
 BOTH, ONE, SLANTING = (0.4, 0.12), (0.08, 0.03), (0.03, 0.01)
@@ -131,13 +134,35 @@ def _held(
 
 
 def _shared(ratio: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What two halves [T, T, 3] say together, the lighter more, and how surely."""
-    gap = np.clip((ratio - ratio[:, ::-1]) @ LUMA, -DARKER, DARKER)
-    says = weight * np.exp(LIGHTER * gap / 2)
+    """What two halves [T, T, 3] say together, and how surely.
+
+    Of luminance the lighter says more; of colour the one that is more like the middle of the face: a
+    coloured lamp lights one side.
+    """
+    gray = (ratio @ LUMA)[..., None]
+    tint = ratio - gray
+    off = np.linalg.norm(tint - _middle(tint, weight), axis=2)
+    level, color = (
+        _of_both(part, weight * np.exp(np.clip(says - says[:, ::-1], -DARKER, DARKER) / 2))
+        for part, says in ((gray, LIGHTER * gray[..., 0]), (tint, -COLORED * off))
+    )
+    return level + color, np.maximum(weight, weight[:, ::-1])
+
+
+def _middle(tint: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """The median colour [3] of the weighed texels between both halves of a face [T, T, 3]."""
+    size = len(tint)
+    columns = slice(int((0.5 - MIDDLE) * size), int((0.5 + MIDDLE) * size))
+    sure = weight[:, columns] > 0.5 * weight.max()
+    return np.median(tint[:, columns][sure], 0) if sure.any() else np.zeros(3, tint.dtype)
+
+
+def _of_both(values: np.ndarray, says: np.ndarray) -> np.ndarray:
+    """The mean [T, T, C] of values and their mirror image, by what each half `says` [T, T]."""
     total = says + says[:, ::-1]
-    says = (says / np.maximum(total, 1e-9))[..., None]
-    shared = ratio * says + ratio[:, ::-1] * says[:, ::-1]
-    return shared, np.maximum(weight, weight[:, ::-1])
+    share = (says / np.maximum(total, 1e-9))[..., None]
+    out: np.ndarray = values * share + values[:, ::-1] * share[:, ::-1]
+    return out
 
 
 def _edges(lift: np.ndarray) -> np.ndarray:
