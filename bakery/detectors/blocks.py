@@ -34,6 +34,11 @@ def inference() -> Iterator[None]:
         torch.set_num_threads(before)
 
 
+def added(fresh: torch.Tensor, x: torch.Tensor) -> torch.Tensor:
+    """fresh + x, in the place of `fresh` where nothing is learned: large maps are slow to come by."""
+    return fresh + x if torch.is_grad_enabled() else fresh.add_(x)
+
+
 class Conv(nn.Module):
     """3x3 (or `kernel`) convolution, batch normalisation unless folded, optional SiLU."""
 
@@ -67,8 +72,7 @@ class Residual(nn.Module):
             nn.init.zeros_(self.second.norm.weight)
 
     def forward(self, x):
-        branch = self.second(self.first(x))
-        return branch + x if torch.is_grad_enabled() else branch.add_(x)
+        return added(self.second(self.first(x)), x)
 
 
 def stage(inputs, outputs, blocks, folded):

@@ -20,7 +20,9 @@ from bakery.detectors.closeups import look_closer
 from bakery.detectors.frames import FaceFrame
 from bakery.errors import ModelError
 from bakery.formats.files import digest, digest_file
+from bakery.geometry.shrink import shrink
 from bakery.landmarks import face_size
+from bakery.parallel import both
 from bakery.paths import ASSETS
 from bakery.types import Landmarks
 
@@ -69,7 +71,7 @@ class NetworkDetector:
         sizes = level_sizes(image.shape, self.options)
         faces, peaks = [], []
         for part in filter(None, (sizes[1:], sizes[:1])):
-            peaks += self.peaks(image, pyramid(image, part))
+            peaks += self.peaks(pyramid(image, part))
             faces = self._faces(image, *self._strongest(peaks))
             if any(face.box[2:].max() > self.options.portrait * max(image.shape) for face in faces):
                 break
@@ -107,13 +109,20 @@ class NetworkDetector:
         turned = abs(np.angle(np.exp(1j * (after.roll - before.roll))))
         return max(off, abs(np.log(after.size / before.size)), turned) > self.options.settled
 
-    def peaks(self, image, levels):
+    def peaks(self, levels):
         """Where the finder sees faces in levels of `pyramid`: list of (score, FaceFrame)."""
-        found = []
-        for level in levels:
-            scale = level.shape[1] / image.shape[1], level.shape[0] / image.shape[0]
-            found += _peaks(self._run(self.finder, _padded(level))[0], scale, self.options)
-        return found
+        from bakery.detectors.blocks import inference
+
+        def seen(levels):
+            return [
+                peak
+                for picture, scale in levels
+                for peak in _peaks(self._run(self.finder, _padded(picture))[0], scale, self.options)
+            ]
+
+        with inference():  # here too, so that torch has its own number of threads again afterwards
+            finest, others = both(lambda: seen(levels[:1]), lambda: seen(levels[1:]))
+        return finest + others
 
     def _strongest(self, peaks):
         """The scores and frames of the peaks that are worth a look, surest first."""
@@ -229,17 +238,19 @@ def level_sizes(shape: Sequence[int], options: NetworkOptions) -> list[tuple[int
         side = max(side / 3, options.coarsest)
 
 
-def pyramid(image: np.ndarray, sizes: Sequence[tuple[int, int]]) -> list[np.ndarray]:
-    """The photo [H, W, 3] at sizes of `level_sizes`."""
-    # Halves are averaged six times as fast as other fractions.
-    while sizes and min(image.shape[1] / sizes[0][0], image.shape[0] / sizes[0][1]) > 2:
-        half = max(image.shape[1] // 2, 1), max(image.shape[0] // 2, 1)
-        image = cv2.resize(image, half, interpolation=cv2.INTER_AREA)
-    levels = []
+def pyramid(
+    image: np.ndarray, sizes: Sequence[tuple[int, int]]
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """The photo [H, W, 3] at sizes of `level_sizes`, and level pixels a photo pixel [2], x and y."""
+    levels, scale = [], np.ones(2)
     for size in sizes:
-        shrinking = cv2.INTER_AREA if size[0] < image.shape[1] else cv2.INTER_LINEAR
-        image = cv2.resize(image, size, interpolation=shrinking)
-        levels.append(image)
+        if size[0] < image.shape[1]:
+            image, pixels = shrink(image, size)
+            scale = scale / pixels
+        else:
+            scale = scale * size / image.shape[1::-1]
+            image = cv2.resize(image, size, interpolation=cv2.INTER_LINEAR)
+        levels.append((image, scale))
     return levels
 
 
@@ -279,19 +290,20 @@ def _repeats(frame, others, ratio=np.inf):
 def _crop(image, frame, size):
     """Upright crop [size, size, 3] of a frame and its matrix, photo pixels -> crop pixels."""
     matrix = frames.crop_matrix(frame, size)
-    shrink = max(round(frame.size * frames.CROP_MARGIN / size), 1)
-    if shrink == 1:
+    times = max(round(frame.size * frames.CROP_MARGIN / size), 1)
+    if times == 1:
         return frames.take_crop(image, matrix, size), matrix
     corners = np.array([[0, 0], [size, 0], [0, size], [size, size]], float)
     corners = frames.apply_affine(frames.invert_affine(matrix), corners)
     height, width = image.shape[:2]
     x0, y0 = np.clip(corners.min(0).astype(int) - 2, 0, (width - 1, height - 1)).tolist()
     x1, y1 = np.clip(corners.max(0).astype(int) + 3, (x0 + 1, y0 + 1), (width, height)).tolist()
-    window = image[y0:y1, x0:x1]
-    scaled = max((x1 - x0) // shrink, 1), max((y1 - y0) // shrink, 1)
-    scale = np.array([(x1 - x0) / scaled[0], (y1 - y0) / scaled[1]])
-    small = cv2.resize(window, scaled, interpolation=cv2.INTER_AREA)
+    # Whole pixels into one: three times as fast as other fractions.
+    columns = max(min(-(-(x1 - x0) // times), (width - x0) // times), 1)
+    rows = max(min(-(-(y1 - y0) // times), (height - y0) // times), 1)
+    window = image[y0 : y0 + rows * times, x0 : x0 + columns * times]
+    small = cv2.resize(window, (columns, rows), interpolation=cv2.INTER_AREA)
     from_small = matrix.copy()
-    from_small[:, :2] = matrix[:, :2] * scale
+    from_small[:, :2] = matrix[:, :2] * times
     from_small[:, 2] += matrix[:, :2] @ (x0, y0)
     return frames.take_crop(small, from_small, size), matrix

@@ -13,8 +13,9 @@ from torch.nn import functional
 
 from bakery import landmarks as marks
 from bakery.detectors import portrait
-from bakery.detectors.blocks import Conv, Residual, inference, stage
+from bakery.detectors.blocks import Conv, Residual, added, inference, stage
 from bakery.errors import ModelError
+from bakery.geometry.shrink import shrink
 
 # Polygons of the points that the network is shown, a channel each.
 OUTLINES: tuple[Sequence[np.ndarray], ...] = (
@@ -64,7 +65,7 @@ class SegmentNet(nn.Module):
             x = down(x)
         mixes = [nn.Identity(), *self.mix]
         for lift, mix, fine in zip(self.lift, mixes, reversed(seen)):
-            x = functional.interpolate(lift(x), scale_factor=2, mode="nearest") + fine
+            x = added(functional.interpolate(lift(x), scale_factor=2, mode="nearest"), fine)
             x = mix(x)
         out = self.head(x)
         return out[:, :-1], out[:, -1]
@@ -104,8 +105,12 @@ def _fill(ring, grid):
     at = torch.where(
         crosses, x + (grid - y) / step * (x2 - x), torch.full_like(crosses, -1e6, dtype=x.dtype)
     )
-    left = (grid < at[..., None]).sum(1)  # [B, rows, columns]
-    return (left % 2).to(ring.dtype)
+    # Every crossing turns what lies left of it inside out.
+    place = torch.searchsorted(grid, at.contiguous()).transpose(1, 2)  # [B, rows, n]
+    turns = torch.zeros(*place.shape[:2], len(grid) + 1, dtype=ring.dtype, device=ring.device)
+    turns.scatter_add_(2, place, torch.ones_like(place, dtype=ring.dtype))
+    left = turns[..., 1:].flip(2).cumsum(2).flip(2)  # [B, rows, columns]
+    return left % 2
 
 
 def load(path: Path) -> SegmentNet:
@@ -168,9 +173,8 @@ def take(image: np.ndarray, matrix: np.ndarray, side: int = portrait.SIDE, neare
     scale = float(np.sqrt(abs(np.linalg.det(matrix[:, :2]))))
     if scale < 0.7 and not nearest:  # averaged where it shrinks much
         size = [max(1, round(n * scale * 1.2)) for n in image.shape[1::-1]]
-        ratio = np.array(image.shape[1::-1]) / size
-        image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
-        matrix = np.column_stack([matrix[:, :2] * ratio, matrix[:, 2]])
+        image, pixels = shrink(image, size)
+        matrix = np.column_stack([matrix[:, :2] * pixels, matrix[:, 2]])
     shifted = matrix.copy()
     shifted[:, 2] += matrix[:, :2].sum(1) * 0.5 - 0.5  # OpenCV puts pixel centres at integers
     flags = cv2.INTER_NEAREST if nearest else cv2.INTER_LINEAR
