@@ -22,7 +22,6 @@ from bakery.errors import ModelError
 from bakery.formats.files import digest, digest_file
 from bakery.geometry.shrink import shrink
 from bakery.landmarks import face_size
-from bakery.parallel import both
 from bakery.paths import ASSETS
 from bakery.types import Landmarks
 
@@ -43,8 +42,10 @@ class NetworkOptions:
     # dark, blurred and noisy have 0.88 and more, textures taken for faces up to 0.57
     candidates: int = 12  # peaks that are looked at
     looks: int = 2  # of the points network; each after the first starts from the one before
-    portrait: float = 0.25  # of the photo's longer side: beside a face this large the finest level,
-    # which costs most, is left out; small faces behind it are nobody's portrait
+    portrait: float = (
+        0.25  # of the photo's longer side: beside a face this large finer levels, which
+    )
+    # cost most, are left out; small faces behind it are nobody's portrait
     settled: float = (
         0.05  # of the face: one that moved less since the last look is not looked at again
     )
@@ -68,14 +69,14 @@ class NetworkDetector:
         Returns:
             list of Landmarks, surest first
         """
-        sizes = level_sizes(image.shape, self.options)
-        faces, peaks = [], []
-        for part in filter(None, (sizes[1:], sizes[:1])):
-            peaks += self.peaks(pyramid(image, part))
-            faces = self._faces(image, *self._strongest(peaks))
-            if any(face.box[2:].max() > self.options.portrait * max(image.shape) for face in faces):
-                break
-        return faces
+        peaks, large = [], self.options.portrait * max(image.shape)
+        for size in level_sizes(image.shape, self.options):
+            peaks += self.peaks(*level(image, size))
+            if any(frame.size > 0.8 * large for _, frame in peaks):
+                faces = self._faces(image, *self._strongest(peaks))
+                if any(face.box[2:].max() > large for face in faces):
+                    return faces
+        return self._faces(image, *self._strongest(peaks))
 
     def _faces(self, image, scores, found):
         """Those of the frames that show a face, surest first."""
@@ -109,20 +110,9 @@ class NetworkDetector:
         turned = abs(np.angle(np.exp(1j * (after.roll - before.roll))))
         return max(off, abs(np.log(after.size / before.size)), turned) > self.options.settled
 
-    def peaks(self, levels):
-        """Where the finder sees faces in levels of `pyramid`: list of (score, FaceFrame)."""
-        from bakery.detectors.blocks import inference
-
-        def seen(levels):
-            return [
-                peak
-                for picture, scale in levels
-                for peak in _peaks(self._run(self.finder, _padded(picture))[0], scale, self.options)
-            ]
-
-        with inference():  # here too, so that torch has its own number of threads again afterwards
-            finest, others = both(lambda: seen(levels[:1]), lambda: seen(levels[1:]))
-        return finest + others
+    def peaks(self, picture, scale):
+        """Where the finder sees faces in a `level`: list of (score, FaceFrame)."""
+        return _peaks(self._run(self.finder, _padded(picture))[0], scale, self.options)
 
     def _strongest(self, peaks):
         """The scores and frames of the peaks that are worth a look, surest first."""
@@ -222,7 +212,7 @@ def load(path: str | Path = WEIGHTS, options: NetworkOptions = NetworkOptions())
 
 
 def level_sizes(shape: Sequence[int], options: NetworkOptions) -> list[tuple[int, int]]:
-    """Columns and rows of the photo as the finder looks at it, finest first; thirds of the one before.
+    """Columns and rows of the photo as the finder looks at it, coarsest first, each a third of the next.
 
     Args:
         shape: of the photo: rows, columns.
@@ -234,24 +224,17 @@ def level_sizes(shape: Sequence[int], options: NetworkOptions) -> list[tuple[int
         width, height = (max(round(n * side / longest), 8) for n in shape[1::-1])
         sizes.append((width, height))
         if side <= options.coarsest * 1.2:
-            return sizes
+            return sizes[::-1]
         side = max(side / 3, options.coarsest)
 
 
-def pyramid(
-    image: np.ndarray, sizes: Sequence[tuple[int, int]]
-) -> list[tuple[np.ndarray, np.ndarray]]:
-    """The photo [H, W, 3] at sizes of `level_sizes`, and level pixels a photo pixel [2], x and y."""
-    levels, scale = [], np.ones(2)
-    for size in sizes:
-        if size[0] < image.shape[1]:
-            image, pixels = shrink(image, size)
-            scale = scale / pixels
-        else:
-            scale = scale * size / image.shape[1::-1]
-            image = cv2.resize(image, size, interpolation=cv2.INTER_LINEAR)
-        levels.append((image, scale))
-    return levels
+def level(image: np.ndarray, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """The photo [H, W, 3] at a size of `level_sizes`, and its pixels a photo pixel [2], x and y."""
+    if size[0] < image.shape[1]:
+        picture, pixels = shrink(image, size)
+        return picture, 1 / pixels
+    larger = cv2.resize(image, size, interpolation=cv2.INTER_LINEAR)
+    return larger, np.array(size) / image.shape[1::-1]
 
 
 def _padded(level):
