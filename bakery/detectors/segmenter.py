@@ -15,7 +15,6 @@ from bakery import landmarks as marks
 from bakery.detectors import portrait
 from bakery.detectors.blocks import Conv, Residual, added, inference, stage
 from bakery.errors import ModelError
-from bakery.geometry.shrink import shrink
 
 # Polygons of the points that the network is shown, a channel each.
 OUTLINES: tuple[Sequence[np.ndarray], ...] = (
@@ -173,8 +172,9 @@ def take(image: np.ndarray, matrix: np.ndarray, side: int = portrait.SIDE, neare
     scale = float(np.sqrt(abs(np.linalg.det(matrix[:, :2]))))
     if scale < 0.7 and not nearest:  # averaged where it shrinks much
         size = [max(1, round(n * scale * 1.2)) for n in image.shape[1::-1]]
-        image, pixels = shrink(image, size)
-        matrix = np.column_stack([matrix[:, :2] * pixels, matrix[:, 2]])
+        ratio = np.array(image.shape[1::-1]) / size
+        image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+        matrix = np.column_stack([matrix[:, :2] * ratio, matrix[:, 2]])
     shifted = matrix.copy()
     shifted[:, 2] += matrix[:, :2].sum(1) * 0.5 - 0.5  # OpenCV puts pixel centres at integers
     flags = cv2.INTER_NEAREST if nearest else cv2.INTER_LINEAR

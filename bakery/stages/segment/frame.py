@@ -4,7 +4,6 @@ import cv2
 import numpy as np
 
 from bakery.errors import FitError
-from bakery.geometry.shrink import shrink
 from bakery.stages.segment import prior
 
 
@@ -38,8 +37,9 @@ def warp_down(part, to_frame):
     scale = np.sqrt(abs(np.linalg.det(to_frame[:, :2])))
     if scale < 1:
         size = np.maximum(np.round(np.array(part.shape[1::-1]) * scale), 1).astype(int)
-        part, pixels = shrink(part, size)
-        to_frame = np.column_stack([to_frame[:, :2] * pixels, to_frame[:, 2]])
+        ratio = np.array(part.shape[1::-1]) / size
+        part = cv2.resize(part, tuple(size.tolist()), interpolation=cv2.INTER_AREA)
+        to_frame = np.column_stack([to_frame[:, :2] * ratio, to_frame[:, 2]])
     return cv2.warpAffine(
         part,
         warp_matrix(to_frame),
