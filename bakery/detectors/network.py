@@ -72,7 +72,7 @@ class NetworkDetector:
         peaks, large = [], self.options.portrait * max(image.shape)
         for size in level_sizes(image.shape, self.options):
             peaks += self.peaks(*level(image, size))
-            if any(frame.size > 0.8 * large for _, frame in peaks):
+            if any(frame.size > 0.8 * large for _, frame in peaks):  # the finder's sizes are rough
                 faces = self._faces(image, *self._strongest(peaks))
                 if any(face.box[2:].max() > large for face in faces):
                     return faces
