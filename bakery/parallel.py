@@ -5,6 +5,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import cache
 from threading import Thread
 from typing import TypeVar
 
@@ -33,6 +34,28 @@ def side_by_side(work: Callable[[Item], Result], items: Iterable[Item]) -> Itera
         finally:
             for task in waiting:
                 task.cancel()
+
+
+def both(first: Callable[[], Item], second: Callable[[], Result]) -> tuple[Item, Result]:
+    """first() and second(), the second on another thread if that one has time, else after the first.
+
+    It never waits for a thread that is busy with somebody else's work. Errors are those of the first
+    before those of the second.
+    """
+    task = _helper().submit(second)
+    try:
+        one = first()
+    except BaseException:
+        if not task.cancel():
+            task.exception()
+        raise
+    return one, second() if task.cancel() else task.result()
+
+
+@cache
+def _helper() -> ThreadPoolExecutor:
+    """One thread that stays: a new one each time would fill the caches of BLAS anew."""
+    return ThreadPoolExecutor(1)
 
 
 def ahead(work: Callable[..., object], *given: object) -> None:

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from bakery.parallel import ahead, side_by_side
+from bakery.parallel import ahead, both, side_by_side
 
 
 def test_order_is_kept():
@@ -45,6 +45,33 @@ def test_what_is_ahead_is_bounded(monkeypatch):
     assert len(started) <= 6
     made.close()
     assert len(started) <= 6
+
+
+def test_both_are_done_side_by_side():
+    meet = threading.Barrier(2, timeout=10)
+    assert [side >= 0 for side in both(meet.wait, meet.wait)] == [True, True]
+
+
+def test_a_busy_helper_is_not_waited_for():
+    """While the other thread works for somebody else, both are done here."""
+    done = threading.Event()
+    other = threading.Thread(target=lambda: both(lambda: done.wait(10), lambda: done.wait(10)))
+    other.start()
+    time.sleep(0.05)
+    here = threading.get_ident()
+    assert both(threading.get_ident, threading.get_ident) == (here, here)
+    done.set()
+    other.join()
+
+
+def test_an_error_of_either_comes_out_and_the_helper_goes_on():
+    def fails():
+        raise ValueError("either")
+
+    for pair in ((fails, int), (int, fails), (fails, fails)):
+        with pytest.raises(ValueError, match="either"):
+            both(*pair)
+    assert both(int, str) == (0, "")
 
 
 def test_what_fails_ahead_says_nothing(capfd, caplog, monkeypatch):

@@ -8,13 +8,15 @@ torch is imported on the first use, for it takes a second.
 
 from dataclasses import dataclass
 from functools import cache
+from itertools import chain
 
-import cv2
 import numpy as np
 
 from bakery import landmarks as marks
 from bakery.detectors import frames
 from bakery.errors import ModelError
+from bakery.geometry.shrink import shrink
+from bakery.parallel import both
 from bakery.paths import ASSETS
 
 WEIGHTS = ASSETS / "detectors" / "closeups.safetensors"
@@ -82,13 +84,9 @@ def take(image, matrix, side):
         height, width = image.shape[:2]
         low = np.clip(np.floor(corners.min(0)).astype(int) - 2, 0, (width - 1, height - 1))
         high = np.clip(np.ceil(corners.max(0)).astype(int) + 3, low + 1, (width, height))
-        window = image[low[1] : high[1], low[0] : high[0]]
-        shrink = 1 / scale
-        size = np.maximum(((high - low) / shrink).astype(int), 1)
-        small = cv2.resize(window, size.tolist(), interpolation=cv2.INTER_AREA)
-        ratio = (high - low) / size
-        matrix = np.column_stack([matrix[:, :2] * ratio, matrix[:, :2] @ low + matrix[:, 2]])
-        image = small
+        size = np.maximum(((high - low) * scale).astype(int), 1)
+        image, pixels = shrink(image[low[1] : high[1], low[0] : high[0]], size)
+        matrix = np.column_stack([matrix[:, :2] * pixels, matrix[:, :2] @ low + matrix[:, 2]])
     return frames.take_crop(image, matrix, side)
 
 
@@ -134,27 +132,21 @@ def _look(image, points, crops):
         points [478, 2] with those in the crops seen again; expected errors [478], infinite
         elsewhere.
     """
-    import torch
-
     from bakery.detectors.blocks import inference
 
     left, right, mouth = crops
+    eye_net, mouth_net = networks()
+    with inference():  # here too, so that torch has its own number of threads again afterwards
+        answers = both(
+            lambda: _answers(eye_net, image, ((left, False), (right, True))),
+            lambda: _answers(mouth_net, image, ((mouth, False),)),
+        )
     found = points.copy()
     weights, total = np.zeros(len(points)), np.zeros_like(points)
-    for closeup, looks in zip(networks(), (((left, False), (right, True)), ((mouth, False),))):
-        side = closeup.side
-        matrices = [matrix_of(frame, side, mirrored) for frame, mirrored in looks]
-        pictures = np.stack([take(image, matrix, side) for matrix in matrices])
-        with inference():
-            batch = torch.from_numpy(pictures).permute(0, 3, 1, 2).float().div_(255)
-            places, log_errors = (part.numpy() for part in closeup.network(batch))
-        for rows, matrix, place, log_error, (frame, _) in zip(
-            closeup.rows, matrices, places, log_errors, looks
-        ):
-            weight = (np.exp(log_error) * frame.size) ** -2.0
-            at = frames.apply_affine(frames.invert_affine(matrix), (place + 0.5) * side)
-            total[rows] += at * weight[:, None]  # crops overlap
-            weights[rows] += weight
+    for rows, at, expected in chain(*answers):
+        weight = expected**-2.0
+        total[rows] += at * weight[:, None]  # crops overlap
+        weights[rows] += weight
     seen = weights > 0
     found[seen] = total[seen] / weights[seen][:, None]
     for iris in (marks.LEFT_IRIS, marks.RIGHT_IRIS):
@@ -162,6 +154,34 @@ def _look(image, points, crops):
         weights[iris] = weights[iris.start]
     with np.errstate(divide="ignore"):
         return found, weights**-0.5
+
+
+def _answers(closeup, image, looks):
+    """What a Closeup sees in crops (FaceFrame, whether mirrored).
+
+    Returns:
+        a list of rows [n] of the points, where they are [n, 2] and expected errors [n], pixels.
+    """
+    import torch
+
+    from bakery.detectors.blocks import inference
+
+    side = closeup.side
+    matrices = [matrix_of(frame, side, mirrored) for frame, mirrored in looks]
+    pictures = np.stack([take(image, matrix, side) for matrix in matrices])
+    with inference():
+        batch = torch.from_numpy(pictures).permute(0, 3, 1, 2).float().div_(255)
+        places, log_errors = (part.numpy() for part in closeup.network(batch))
+    return [
+        (
+            rows,
+            frames.apply_affine(frames.invert_affine(matrix), (place + 0.5) * side),
+            np.exp(log_error) * frame.size,
+        )
+        for rows, matrix, place, log_error, (frame, _) in zip(
+            closeup.rows, matrices, places, log_errors, looks
+        )
+    ]
 
 
 def seen_close():

@@ -13,7 +13,7 @@ from torch.nn import functional
 
 from bakery import landmarks as marks
 from bakery.detectors import portrait
-from bakery.detectors.blocks import Conv, Residual, inference, stage
+from bakery.detectors.blocks import Conv, Residual, added, inference, stage
 from bakery.errors import ModelError
 
 # Polygons of the points that the network is shown, a channel each.
@@ -64,7 +64,7 @@ class SegmentNet(nn.Module):
             x = down(x)
         mixes = [nn.Identity(), *self.mix]
         for lift, mix, fine in zip(self.lift, mixes, reversed(seen)):
-            x = functional.interpolate(lift(x), scale_factor=2, mode="nearest") + fine
+            x = added(functional.interpolate(lift(x), scale_factor=2, mode="nearest"), fine)
             x = mix(x)
         out = self.head(x)
         return out[:, :-1], out[:, -1]
@@ -104,8 +104,12 @@ def _fill(ring, grid):
     at = torch.where(
         crosses, x + (grid - y) / step * (x2 - x), torch.full_like(crosses, -1e6, dtype=x.dtype)
     )
-    left = (grid < at[..., None]).sum(1)  # [B, rows, columns]
-    return (left % 2).to(ring.dtype)
+    # Every crossing turns what lies left of it inside out.
+    place = torch.searchsorted(grid, at.contiguous()).transpose(1, 2)  # [B, rows, n]
+    turns = torch.zeros(*place.shape[:2], len(grid) + 1, dtype=ring.dtype, device=ring.device)
+    turns.scatter_add_(2, place, torch.ones_like(place, dtype=ring.dtype))
+    left = turns[..., 1:].flip(2).cumsum(2).flip(2)  # [B, rows, columns]
+    return left % 2
 
 
 def load(path: Path) -> SegmentNet:

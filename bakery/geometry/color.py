@@ -1,5 +1,6 @@
 """sRGB transfer and luma."""
 
+import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -22,3 +23,9 @@ def to_encoded(linear: ArrayLike) -> np.ndarray:
         linear * 12.92,
         1.055 * np.maximum(linear, 0.0031308) ** (1 / 2.4) - 0.055,
     ).astype(np.float32)
+
+
+def to_bytes(encoded: np.ndarray) -> np.ndarray:
+    """sRGB-encoded colours [H, W, 3] float32 0..1 to uint8, the nearest byte; clipped."""
+    # One pass that clips both ends: `convertScaleAbs` would make negative ones positive.
+    return cv2.addWeighted(encoded, 255, encoded, 0, 0, dtype=cv2.CV_8U)

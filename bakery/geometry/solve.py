@@ -22,14 +22,16 @@ def minimize_box(hessian, gradient, low, high, rounds=60):
     """
     count = len(gradient)
     x = np.clip(0.0, low, high)
-    pinned = np.where(low == high, -1, 0)  # -1 at the low bound, 1 at the high one, 0 free
+    # -1 at the low bound, 1 at the high one, 0 free. What stands at a bound mostly stays there.
+    pinned = np.where((low == high) | (low == 0), -1, np.where(high == 0, 1, 0))
     slack = 1e-9 * max(1.0, np.abs(gradient).max()) if count else 0.0
     for turn in range(rounds):
         free = pinned == 0
         x = np.where(pinned < 0, low, np.where(pinned > 0, high, 0.0))
         if free.any():
-            right = -gradient[free] - hessian[np.ix_(free, ~free)] @ x[~free]
-            x[free] = np.linalg.solve(hessian[np.ix_(free, free)], right)
+            rows = hessian.compress(free, 0)
+            right = -gradient[free] - rows.compress(~free, 1) @ x[~free]
+            x[free] = np.linalg.solve(rows.compress(free, 1), right)
         slope = hessian @ x + gradient
         below = free & (x < low)
         above = free & (x > high)
@@ -60,12 +62,12 @@ def minimize_partly_bounded(hessian, gradient, bounded, low, high, rivals=()):
     Returns:
         x [P].
     """
-    everything = np.arange(len(gradient))
-    free = np.setdiff1d(everything, bounded)
-    inner = hessian[np.ix_(free, free)]
-    across = hessian[np.ix_(free, bounded)]
-    solved = np.linalg.solve(inner, np.column_stack([across, gradient[free]]))
-    reduced = hessian[np.ix_(bounded, bounded)] - across.T @ solved[:, :-1]
+    free = np.ones(len(gradient), bool)
+    free[bounded] = False
+    rows = hessian.compress(free, 0)
+    across = rows.take(bounded, 1)
+    solved = np.linalg.solve(rows.compress(free, 1), np.column_stack([across, gradient[free]]))
+    reduced = hessian.take(bounded, 0).take(bounded, 1) - across.T @ solved[:, :-1]
     slope = gradient[bounded] - across.T @ solved[:, -1]
     high = np.array(high, float)
     for _ in range(4):

@@ -152,9 +152,13 @@ class HeadModel:
 
     def eye_centers(self, neutral: np.ndarray) -> np.ndarray:
         """Centres [2, 3] of the eyeballs (left, right) of a neutral shape."""
-        return np.stack(
-            [neutral[self.follow == FOLLOW.index("eye_" + eye)].mean(0) for eye in EYES]
-        )
+        return np.stack([neutral[ball].mean(0) for ball in self.eyeballs])
+
+    @property
+    @once_per_object
+    def eyeballs(self) -> list[np.ndarray]:
+        """Numbers [n] of the vertices of each eyeball (left, right)."""
+        return [np.flatnonzero(self.follow == FOLLOW.index("eye_" + eye)) for eye in EYES]
 
     def vertices(
         self,
@@ -179,8 +183,7 @@ class HeadModel:
         moved = np.tensordot(expression[used], self.expression_basis[used], 1)
         out: np.ndarray = neutral + moved.astype(neutral.dtype)
         pair = gaze_of(expression) if gaze is None else np.array([gaze, gaze], float)
-        for eye, center, (yaw, pitch) in zip(EYES, self.eye_centers(neutral), pair):
-            ball = self.follow == FOLLOW.index("eye_" + eye)
+        for ball, center, (yaw, pitch) in zip(self.eyeballs, self.eye_centers(neutral), pair):
             out[ball] = (neutral[ball] - center) @ rotation.yaw_pitch(yaw, pitch).T + center
         return out
 

@@ -2,12 +2,12 @@
 
 from functools import cache
 
-import cv2
 import numpy as np
 
 from bakery.detectors import network
 from bakery.detectors.base import Detector
 from bakery.detectors.network import NetworkDetector
+from bakery.geometry.color import to_bytes
 from bakery.types import Landmarks
 
 SMALLEST_FACE = 96  # pixels, longer side of the box; smaller ones have too little to bake
@@ -32,7 +32,7 @@ def detect_faces(encoded_image: np.ndarray, detector: Detector | None = None) ->
             f"encoded_image: {image.dtype} {list(image.shape)}, needs float32 or uint8 [H, W, 3]"
         )
     if image.dtype == np.float32:
-        image = cv2.convertScaleAbs(np.maximum(image, 0), alpha=255)
+        image = to_bytes(image)
     faces = (detector or _own_network()).detect(image)
     return sorted(faces, key=lambda face: -float(face.box[2] * face.box[3]))
 

@@ -45,23 +45,37 @@ class StubPoints:
         return shape, torch.full((n, 478), -4.0), torch.full((n,), self.presence)
 
 
-def test_pyramid_reaches_small_and_whole_frame_faces():
-    sizes = network.level_sizes((1350, 900, 3), network.NetworkOptions())
-    levels = network.pyramid(np.zeros((1350, 900, 3), np.uint8), sizes)
-    assert levels[0].shape[0] == round(1350 / 3.2)
-    assert 96 <= max(levels[-1].shape) <= 116
-    small = network.pyramid(
-        np.zeros((50, 40, 3), np.uint8),
-        network.level_sizes((50, 40, 3), network.NetworkOptions()),
-    )
-    assert [level.shape[:2] for level in small] == [(96, 77)]
+def test_levels_reach_small_and_whole_frame_faces():
+    options = network.NetworkOptions()
+    sizes = network.level_sizes((1350, 900, 3), options)
+    assert sizes[-1][1] == round(1350 / 3.2)
+    assert 96 <= max(sizes[0]) <= 116
+    assert network.level_sizes((50, 40, 3), options) == [(77, 96)]
+    small, scale = network.level(np.zeros((50, 40, 3), np.uint8), (77, 96))
+    assert small.shape == (96, 77, 3)
+    assert_allclose(scale, [77 / 40, 96 / 50])
+
+
+def test_levels_know_where_they_lie_though_odd_rows_are_left_out():
+    """A bright spot of an odd picture is where its level's scale says."""
+    height, width = 1351, 1087
+    spot = np.array([900.0, 1150.0])  # x, y
+    y, x = np.mgrid[:height, :width] + 0.5
+    value = 255 * np.exp(-((x - spot[0]) ** 2 + (y - spot[1]) ** 2) / (2 * 40.0**2))
+    picture = np.repeat(value.astype(np.uint8)[..., None], 3, 2)
+    for size in network.level_sizes(picture.shape, network.NetworkOptions()):
+        level, scale = network.level(picture, size)
+        mass = level[..., 0].astype(float)
+        y, x = np.mgrid[: level.shape[0], : level.shape[1]] + 0.5
+        seen = np.array([(mass * x).sum(), (mass * y).sum()]) / mass.sum()
+        assert_allclose(seen / scale, spot, atol=0.5)  # photo pixels
 
 
 def test_finder_peak_lands_on_its_photo_pixels():
     detector = network.NetworkDetector(StubFinder(), StubPoints())
     picture = np.zeros((320, 320, 3), np.uint8)  # one level of 100 pixels
     sizes = network.level_sizes(picture.shape, detector.options)
-    ((_, frame),) = detector.peaks(picture, network.pyramid(picture, sizes))
+    ((_, frame),) = detector.peaks(*network.level(picture, sizes[0]))
     assert_allclose(frame.center, [(5.5 + 0.25) * 8 * 3.2, 3.5 * 8 * 3.2])
     assert_allclose(frame.size, 48 * 3.2)
     assert frame.roll == 0

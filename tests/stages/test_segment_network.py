@@ -150,9 +150,10 @@ def test_pixels_are_settled_as_plain_numpy_settles_them():
 
 def test_labels_are_named_in_their_regions_the_last_one_stays():
     rng = np.random.default_rng(1)
-    planes = rng.integers(0, 256, (40, 30, 3)).astype(np.uint8)
+    planes = rng.integers(0, 256, (40, 30, 4)).astype(np.uint8)
+    planes[:20] //= 2  # in no mask
     regions = rng.integers(0, 9, (40, 30)).astype(np.uint8)
-    fits, told = rng.random((3, 9)) < 0.5, np.uint8([9, 12, 0])
+    fits, told = rng.random((4, 9)) < 0.5, np.uint8([9, 12, 0, 10])
     labels, wanted = regions.copy(), regions.copy()
     kernels.name(planes, told, fits, regions, labels)
     for k, label in enumerate(told):

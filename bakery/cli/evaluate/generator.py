@@ -95,12 +95,25 @@ def keys(photos, output, yaw, head, generator, overwrite):
 @click.argument("photo", type=click.Path(path_type=Path))
 @options.head
 @options.generator
-def times(photo, head, generator):
+@click.option(
+    "--warm", is_flag=True,
+    help="Milliseconds of detection, segmentation and tracking once loaded, without a bake.",
+)  # fmt: skip
+def times(photo, head, generator, warm):
     """Seconds of each step of a bake of PHOTO, and of a trained generator's network beside a plain
     U-Net.
     """
-    from bakery.evaluate.generator import speed as generator_speed
     from bakery.plugins import plug_in
+
+    if warm:
+        from bakery.evaluate.warm import measure
+        from bakery.heads.file import load_head
+
+        figures = measure(photo, load_head(head), plug_in("detectors", "network"))
+        for name, row in figures.items():
+            _line({"name": name, **row})
+        return
+    from bakery.evaluate.generator import speed as generator_speed
 
     seconds, textures, pictures = generator_speed.stages(photo, head, generator)
     _line({"steps": seconds})

@@ -5,7 +5,7 @@ import numpy as np
 from bakery import landmarks as marks
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
-from bakery.heads.base import EYES
+from bakery.heads.base import EYES, once_a_mean
 from bakery.types import EXPRESSION_INDEX
 
 IRISES = {"left": marks.LEFT_IRIS, "right": marks.RIGHT_IRIS}
@@ -37,6 +37,20 @@ def angles(direction):
     return np.degrees([np.arctan2(x, z), np.arcsin(np.clip(y, -1, 1))])
 
 
+@once_a_mean
+def _straight(head):
+    """From each eyeball's centre to its iris, eyes straight ahead: (vector [3] mm, length) each."""
+    mean = head.mean.astype(np.float64)
+    rest, found = head.landmarks(mean), []
+    for eye, center in zip(EYES, head.eye_centers(mean)):
+        straight = rest[IRISES[eye]].mean(0) - center
+        radius = np.linalg.norm(straight)
+        if not 5 < radius < 20:  # mm; the head has no iris landmarks
+            straight, radius = np.array([0, 0, 1.0]), IRIS_RADIUS
+        found.append((straight, radius))
+    return found
+
+
 def fit_gaze(head, neutral, camera, points, confidence, expression):
     """Gaze [2] degrees (yaw to the subject's left, pitch up), head space, both eyes together.
 
@@ -50,15 +64,9 @@ def fit_gaze(head, neutral, camera, points, confidence, expression):
         [2]; zeros when no iris is seen.
     """
     centers = head.eye_centers(neutral)
-    rest = head.landmarks(head.mean.astype(np.float64))
-    rest_centers = head.eye_centers(head.mean.astype(np.float64))
     found, weight = [], []
-    for row, eye in enumerate(EYES):
+    for row, (eye, (straight, radius)) in enumerate(zip(EYES, _straight(head))):
         iris = IRISES[eye]
-        straight = rest[iris].mean(0) - rest_centers[row]
-        radius = np.linalg.norm(straight)
-        if not 5 < radius < 20:  # mm; the head has no iris landmarks
-            straight, radius = np.array([0, 0, 1.0]), IRIS_RADIUS
         hit = sphere_hit(points[iris].mean(0), centers[row], radius, camera)
         found.append(angles(hit - centers[row]) - angles(straight))
         blink = expression[EXPRESSION_INDEX["eyeBlink" + eye.title()]]

@@ -134,12 +134,13 @@ def _named(window, regions, fine):
     labels = regions.copy()
     told = [BACKGROUND, *range(len(REGIONS), len(LABELS))]
     there = [label for label in np.unique(fine).tolist() if label in told]
-    for four in (there[i : i + 4] for i in range(0, len(there), 4)):
+    for i in range(0, len(there), 4):
+        # OpenCV takes two or three at once twice as long as four: the last one is told again.
+        four = [there[min(k, len(there) - 1)] for k in range(i, i + 4)]
         planes = window.back(*(in_bytes(fine == label) for label in four))
         fits = [
             np.isin(range(len(REGIONS)), WITHIN.get(label, (REGION_OF[label],))) for label in four
         ]
-        planes = planes.reshape(*regions.shape, len(four))
         kernels.name(planes, np.uint8(four), np.array(fits), regions, labels)
     # What is left out with a margin, or lies before the face, is called what it is.
     covered = np.isin(regions, (GLASSES, HIDDEN))

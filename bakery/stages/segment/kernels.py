@@ -50,13 +50,15 @@ def name(
     """Write labels where their masks lie in a region that they fit; of two the later stays.
 
     Args:
-        planes: [h, w, n] uint8, a mask each, 255 for 1.
-        told: [n] uint8, the label of each.
-        fits: [n, regions] bool.
+        planes: [h, w, 4] uint8, a mask each, 255 for 1.
+        told: [4] uint8, the label of each.
+        fits: [4, regions] bool.
         regions: [h, w] uint8; labels: [h, w] uint8, written into.
     """
     for i in range(labels.shape[0]):
         for j in range(labels.shape[1]):
-            for k in range(len(told)):
-                if planes[i, j, k] > 127 and fits[k, regions[i, j]]:
-                    labels[i, j] = told[k]
+            a, b, c, d = planes[i, j, 0], planes[i, j, 1], planes[i, j, 2], planes[i, j, 3]
+            if a | b | c | d > 127:  # most pixels lie in no mask
+                for k in range(4):
+                    if planes[i, j, k] > 127 and fits[k, regions[i, j]]:
+                        labels[i, j] = told[k]
