@@ -21,8 +21,9 @@ LIGHTER = 2.0  # how much more the lighter half says: by the power of this of th
 # shares of the atlas's side to both sides.
 COLORED, MIDDLE = 12.0, 0.1
 # Log of luminance, and of colour beside it, by which tones may differ from the field: where both halves
-# do, or one does, and where the tone is no more believed than at a slant.
-BOTH, ONE, SLANTING = (0.4, 0.12), (0.08, 0.03), (0.03, 0.01)
+# do, or one does, and of each where the tone is no more believed than at a slant.
+BOTH, ONE = (0.4, 0.12), (0.08, 0.03)
+BOTH_SLANTING, ONE_SLANTING = (0.25, 0.05), (0.03, 0.01)
 # The same of the field against the face's mean, on the face and beside it.
 FACE, BESIDE = (3.0, 2.0), (0.15, 0.05)
 DARKER = 3.5  # log of what a shadow takes away, at most
@@ -116,14 +117,14 @@ def _believed(ratio: np.ndarray, known: np.ndarray, even: np.ndarray) -> np.ndar
     """What of a log ratio [T, T, 3] is believed."""
     shared, _ = _shared(ratio, known)
     rest = ratio - shared
-    return _held(shared, BOTH, even) + _held(rest, ONE, even)
+    return _held(shared, BOTH, even, BOTH_SLANTING) + _held(rest, ONE, even, ONE_SLANTING)
 
 
 def _held(
     ratio: np.ndarray,
     most: tuple[float, float],
     share: np.ndarray,
-    least: tuple[float, float] = SLANTING,
+    least: tuple[float, float],
 ) -> np.ndarray:
     """A log ratio [T, T, 3], luminance and colour held to `most` where the share [T, T] is 1, to `least` at 0."""
     gray = (ratio @ LUMA)[..., None]
