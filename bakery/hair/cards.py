@@ -8,6 +8,7 @@ from bakery.hair.layer import HairLayer
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import Atlas, Visibility
 from bakery.stages.hair import make_hair
+from bakery.stages.hair.presence import SQUARE
 from bakery.stages.segment import Segmentation
 from bakery.stages.texture.hair import Mattes, before_ears, forehead, growth_on
 from bakery.types import Fit, HairMesh, Photo
@@ -19,6 +20,7 @@ class CardHair(HairLayer):
     """See bakery.hair.base.Hair."""
 
     name = "cards"
+    square = SQUARE  # cards lie over what the layer has at a slant
 
     def layer(
         self,

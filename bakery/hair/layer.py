@@ -5,7 +5,7 @@ import numpy as np
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import Atlas, Visibility
 from bakery.stages.segment import Segmentation
-from bakery.stages.texture.hair import Mattes, hair_layer
+from bakery.stages.texture.hair import SQUARE, Mattes, hair_layer
 from bakery.types import Fit, HairMesh, Photo
 
 
@@ -14,6 +14,7 @@ class HairLayer:
 
     name = "layer"
     sha256 = ""
+    square = SQUARE
 
     def layer(
         self,
@@ -24,7 +25,7 @@ class HairLayer:
         visibility: Visibility,
     ) -> np.ndarray:
         """See bakery.hair.base.Hair."""
-        return hair_layer(linear, mattes, head, atlas, visibility)
+        return hair_layer(linear, mattes, head, atlas, visibility, self.square)
 
     def mesh(
         self,

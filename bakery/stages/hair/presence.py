@@ -164,7 +164,9 @@ def _grown(chart, portrait, usual, eye):
     return weighed(own, other, hair, usual, lambda grid: charts.smooth(grid, LINE)), own
 
 
-def trusted(cosine: np.ndarray, told: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def trusted(
+    cosine: np.ndarray, told: np.ndarray, square: tuple[float, float] = SQUARE
+) -> tuple[np.ndarray, np.ndarray]:
     """How far one photo tells where hair grows by each place itself, and by that of the other side.
 
     At a slant a few millimetres of the fit are centimetres of the head: there, what the other side
@@ -174,11 +176,12 @@ def trusted(cosine: np.ndarray, told: np.ndarray) -> tuple[np.ndarray, np.ndarra
         cosine: between the skin and the line of sight; grids whose columns run backwards on the
             other side of the head.
         told: 0..1, whether the photo shows skin or hair there; backdrop is of a skull fitted too wide.
+        square: cosine up to which the photo says nothing, and from which on all.
 
     Returns:
         0..1 each.
     """
-    own, well = (smoothstep(*limits, cosine) * told for limits in (SQUARE, NEAR))
+    own, well = (smoothstep(*limits, cosine) * told for limits in (square, NEAR))
     own = own * (1 - np.clip(well[:, ::-1] - well, 0, 1))
     return own, MIRROR * well[:, ::-1] * (1 - own)
 

@@ -38,6 +38,10 @@ SPECK = 0.04  # of the eye distance, side of the largest hole in hair that is ta
 HAIRLINE = 1 / 25  # of the atlas's side: twice how far off the scalp a hairline's strip reaches
 UP_TO_SCALP = 1.08  # of the face's contour: between it and the scalp nothing gapes
 JAW = 20.0  # mm above the chin, where the layer has gone
+SQUARE = (
+    0.1,
+    0.45,
+)  # cosine: on the skin a few mm of the fit are centimetres of hair that is drawn
 SIDEBURN = (-6.0, 8.0)  # mm above the middle of an ear, up to which the layer shows none, all
 LOBE = 6.0  # mm before an ear from which it shows all
 POCKETS = 0.25  # of the eye distance, from the background: how far between strands it is seen
@@ -157,7 +161,7 @@ def before_ears(head: HeadModel, atlas: Atlas) -> np.ndarray:
     return found.astype(np.float32)
 
 
-def hair_layer(linear, mattes, head, atlas, visibility):
+def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     """What lies over the skin of the head.
 
     Args:
@@ -165,6 +169,7 @@ def hair_layer(linear, mattes, head, atlas, visibility):
         mattes: Mattes of the photo.
         atlas: Atlas of the head's skin.
         visibility: Visibility of that atlas through the photo's camera.
+        square: cosine up to which the photo says nothing of a place, and from which on all.
 
     Returns:
         [T, T, 4] float32, linear, colour multiplied by alpha.
@@ -191,7 +196,7 @@ def hair_layer(linear, mattes, head, atlas, visibility):
         return cv2.GaussianBlur((grid * inside).astype(np.float32), (0, 0), atlas.size / LINE)
 
     # Unseen scalp has hair if the scalp that was seen nearest to it has: thin hair stays thin.
-    own, other = trusted(cosine, told)
+    own, other = trusted(cosine, told, square)
     near = np.minimum(on_skin * (1 - other), growth + 0.02)
     near = _from_both(here[..., None], near.astype(np.float32), own)
     usual = growth * smoothstep(0.35, 0.65, both_sides(near, on_skin))[..., 0]
