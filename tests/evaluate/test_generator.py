@@ -53,10 +53,10 @@ def fitted_once(fitted, twins):
         points = landmarks_of(twins.neutral_points).points
         made = {(twins.neutral, points.tobytes(), SIZE): fitted}
 
-        def fit(path, landmarks, head, size=SIZE):
+        def fit(path, landmarks, head, size=SIZE, hair=None):
             key = path, landmarks.points.tobytes(), size
             if key not in made:
-                made[key] = FittedSubject(path, landmarks, head, size=size)
+                made[key] = FittedSubject(path, landmarks, head, size=size, hair=hair)
             return made[key]
 
         patch.setattr(generator, "FittedSubject", fit)

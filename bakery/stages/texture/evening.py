@@ -23,7 +23,7 @@ COLORED, MIDDLE = 12.0, 0.1
 # Log of luminance, and of colour beside it, by which tones may differ from the field: where both halves
 # do, or one does, and of each where the tone is no more believed than at a slant.
 BOTH, ONE = (0.4, 0.12), (0.08, 0.03)
-BOTH_SLANTING, ONE_SLANTING = (0.25, 0.05), (0.03, 0.01)
+BOTH_SLANTING, ONE_SLANTING = (0.12, 0.03), (0.03, 0.01)
 # The same of the field against the face's mean, on the face and beside it.
 FACE, BESIDE = (3.0, 2.0), (0.15, 0.05)
 DARKER = 3.5  # log of what a shadow takes away, at most
