@@ -42,10 +42,9 @@ class NetworkOptions:
     # dark, blurred and noisy have 0.88 and more, textures taken for faces up to 0.57
     candidates: int = 12  # peaks that are looked at
     looks: int = 2  # of the points network; each after the first starts from the one before
-    portrait: float = (
-        0.25  # of the photo's longer side: beside a face this large finer levels, which
-    )
-    # cost most, are left out; small faces behind it are nobody's portrait
+    # Of the photo's longer side: beside a face this large finer levels, which cost most, are left
+    # out; small faces behind it are nobody's portrait.
+    portrait: float = 0.25
     settled: float = (
         0.05  # of the face: one that moved less since the last look is not looked at again
     )

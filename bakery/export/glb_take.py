@@ -1,17 +1,13 @@
 """A take as the animation of a binary glTF file: shapes by weights, the head by its bone."""
 
-import json
-import struct
-
 import numpy as np
 
+from bakery.formats.glb import apart, joined
 from bakery.formats.livelink import Take
 from bakery.geometry import rotation
 
 HEAD = "head"  # bone
 NAME = "take"
-HEADER, CHUNK = 12, 8  # bytes
-JSON, BINARY = 0x4E4F534A, 0x004E4942
 FLOAT = 5126
 
 
@@ -24,9 +20,8 @@ def with_take(data: bytes, take: Take) -> bytes:
     Args:
         data: a GLB file as `glb.write_glb` makes it.
     """
-    (length,) = struct.unpack_from("<I", data, HEADER)
-    document = json.loads(data[HEADER + CHUNK :][:length])
-    binary = bytearray(data[HEADER + CHUNK + length + CHUNK :])
+    document, rest = apart(data)
+    binary = bytearray(rest)
     channels, samplers = [], []
     times = _accessor(document, binary, take.seconds[:, None], "SCALAR", limits=True)
 
@@ -51,7 +46,7 @@ def with_take(data: bytes, take: Take) -> bytes:
         play(_quaternions(take.head), "VEC4", bones, "rotation")
     document["animations"] = [{"name": NAME, "channels": channels, "samplers": samplers}]
     document["buffers"] = [{"byteLength": len(binary)}]
-    return _joined(document, binary)
+    return joined(document, bytes(binary))
 
 
 def _shown(document) -> list[int]:
@@ -90,13 +85,3 @@ def _accessor(document, binary, values, kind, limits=False):
         accessor |= {"min": values.min(0).tolist(), "max": values.max(0).tolist()}
     document["accessors"].append(accessor)
     return len(document["accessors"]) - 1
-
-
-def _joined(document, binary):
-    text = json.dumps(document, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % 4)
-    binary += bytes(-len(binary) % 4)
-    total = HEADER + 2 * CHUNK + len(text) + len(binary)
-    head = struct.pack("<4sII", b"glTF", 2, total)
-    first = struct.pack("<II", len(text), JSON) + text
-    return head + first + struct.pack("<II", len(binary), BINARY) + bytes(binary)

@@ -4,6 +4,7 @@ import json
 import struct
 from collections.abc import Iterable
 
+from bakery.formats.glb import JSON
 from bakery.types import EXPRESSIONS
 
 DAMAGE = (
@@ -27,7 +28,7 @@ def glb_problems(
     if len(data) < 28 or data[:4] != b"glTF":
         return [f"{name}: not binary glTF"]
     version, length, chunk, kind = struct.unpack_from("<4I", data, 4)
-    if version != 2 or length != len(data) or kind != 0x4E4F534A or chunk > length - 28:
+    if version != 2 or length != len(data) or kind != JSON or chunk > length - 28:
         return [f"{name}: damaged"]
     (binary,) = struct.unpack_from("<I", data, 20 + chunk)
     if 28 + chunk + binary > length:

@@ -10,7 +10,8 @@ from bakery.heads.base import look, weights
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.framing import head_camera
 from bakery.runtime.overlay import caption
-from bakery.runtime.player import GRAY, Player
+from bakery.runtime.player import Player
+from bakery.runtime.render import GRAY
 from bakery.types import EXPRESSIONS
 
 Pose = tuple[np.ndarray, Sequence[float], float]  # weights [E], gaze [2] and yaw, degrees

@@ -23,12 +23,11 @@ from bakery.runtime.hair_cards import hair_cards
 from bakery.runtime.lash_cards import card_sides, card_weights
 from bakery.runtime.mouth import neighbours
 from bakery.runtime.painted import Painted
-from bakery.runtime.render import BEHIND, SAMPLES, SHOWN, Frame, paintable
+from bakery.runtime.render import BEHIND, GRAY, SAMPLES, SHOWN, Frame, paintable
 from bakery.stages.texture.mouth import LIPS
 from bakery.types import Camera, Textures
 
 Felt = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]  # see `_felt`
-GRAY = 0.18  # linear, behind the head
 FAINT = 5e-4  # mask below which an expression is not felt in a square of texels
 # Share of all weight that the last mouths together may have and still be left out of the median.
 TAIL = 1e-5

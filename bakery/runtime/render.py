@@ -28,6 +28,7 @@ SHOWN = ("skin", "mouth_sheet", "eye_cap_left", "eye_cap_right", "tongue")
 # out would end at a line between the lips. At rest, and in each mouth that is baked, the tongue is
 # 15 mm behind it (9 mm with rolled lips), and the skin beside it hides as much of it as before.
 BEHIND = 8.0  # mm
+GRAY = 0.18  # linear, behind the head
 
 
 @dataclass(frozen=True)
@@ -156,7 +157,7 @@ def paintable(textures: Textures) -> np.ndarray:
     return smoothstep(0.35, 0.9, cv2.GaussianBlur(known, (0, 0), size / 170)).astype(np.float32)
 
 
-def over_gray(frame: Frame, gray: float = 0.18) -> np.ndarray:
+def over_gray(frame: Frame, gray: float = GRAY) -> np.ndarray:
     """The frame over a plain background: [H, W, 3] linear."""
     return frame.color + (1 - frame.alpha[..., None]) * gray
 

@@ -1,21 +1,8 @@
 // Hair of a VRM swings by pixiv's library. Usage: node springs.mjs FILE.vrm, in a folder with node_modules
-import { readFileSync } from 'node:fs';
-import { createRequire } from 'node:module';
-import { join } from 'node:path';
-import { pathToFileURL } from 'node:url';
+import { read, three } from './read_vrm.mjs';
 
-const from = createRequire(join(process.cwd(), 'package.json'));
-const load = (name) => import(pathToFileURL(from.resolve(name)).href);
-globalThis.self = globalThis;
-const { Vector3, Quaternion } = await import(pathToFileURL(join(process.cwd(), 'node_modules/three/build/three.module.js')).href);
-const { GLTFLoader } = await load('three/examples/jsm/loaders/GLTFLoader.js');
-const { VRMLoaderPlugin } = await import(pathToFileURL(join(process.cwd(), 'node_modules/@pixiv/three-vrm/lib/three-vrm.module.js')).href);
-const loader = new GLTFLoader();
-loader.register((parser) => ({ name: 'no pictures', loadTexture: () => Promise.resolve(null), parser }));
-loader.register((parser) => new VRMLoaderPlugin(parser));
-const bytes = readFileSync(process.argv[2]);
-const { userData, scene } = await loader.parseAsync(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length), '');
-const { vrm } = userData;
+const { Vector3, Quaternion } = three;
+const { vrm, scene } = await read(process.argv[2]);
 const hair = [];
 scene.traverse((one) => one.isSkinnedMesh && one.material.name.startsWith('hair') && hair.push(one));
 const at = () => {

@@ -31,11 +31,11 @@ from bakery.hair.cards import CardHair
 from bakery.landmarks import EYES, FACE
 from bakery.runtime.blend import lay_hair
 from bakery.runtime.hair_cards import over_picture
+from bakery.runtime.render import GRAY
 from bakery.stages.condition import shrunk
 from bakery.train.subjects import TRAINING
 
 DELTA_TEXELS = 256  # side of the map that carries another person's change
-GRAY = 0.18  # linear, behind the head
 LOOKALIKE = 48  # pixels a side of the pictures that people are told alike by
 
 

@@ -3,13 +3,12 @@
 Positions and uv stay floats, so that a player meets the reference; they are a tenth of the file.
 """
 
-import json
-
 import numpy as np
 
 from bakery.export.glb import CLEAR
 from bakery.export.glb_data import METRES
 from bakery.formats import meshopt
+from bakery.formats.glb import joined
 from bakery.runtime.hair_cards import CAP, soft_normals
 from bakery.types import HAIR_TRIANGLES
 
@@ -70,18 +69,7 @@ def web_glb(surfaces, shape_names, generator, hair=None):
             },
         ],
     }  # fmt: skip
-    text = json.dumps(document, separators=(",", ":")).encode()
-    return _container(text, bytes(made.data))
-
-
-def _container(text, binary):
-    text += b" " * (-len(text) % 4)
-    binary += bytes(-len(binary) % 4)
-    size = 12 + 8 + len(text) + 8 + len(binary)
-    numbers = [
-        np.array(pair, "<u4").tobytes() for pair in ((2, size), (len(text),), (len(binary),))
-    ]
-    return b"".join([b"glTF", numbers[0], numbers[1], b"JSON", text, numbers[2], b"BIN\0", binary])
+    return joined(document, bytes(made.data))
 
 
 def _primitive(made, piece, material, reach):
