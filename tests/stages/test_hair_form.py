@@ -14,9 +14,9 @@ from bakery.heads.file import load_head
 from bakery.stages.hair import chart
 from bakery.stages.hair.atlas import DIFFERS, Painter
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
-from bakery.stages.hair.directions import flow
+from bakery.stages.hair.directions import flow, photographed
 from bakery.stages.hair.mesh import CAP, cap_height, cap_surface
-from bakery.stages.hair.portrait import before_face, look, without_clothes
+from bakery.stages.hair.portrait import before_face, look, without_cloth_colors, without_clothes
 from bakery.stages.hair.presence import _hanging, _held
 from bakery.stages.hair.shell import make_shell
 from bakery.stages.segment import BACKGROUND, HAIR, HIDDEN, SKIN, Segmentation
@@ -132,6 +132,30 @@ def test_clothes_below_the_hair_are_none():
     assert not without_clothes(nothing, clothes, 1.0).any()
 
 
+@pytest.mark.parametrize("scarf", [(0.1, 0.15, 0.5), (0.7, 0.1, 0.1)])
+def test_a_scarf_in_the_colour_of_the_clothes_is_no_hair(scarf):
+    hair, clothes = np.zeros((2, 160, 160), bool)
+    hair[10:110, 20:60] = True  # hangs beside a neck, and goes over into
+    clothes[130:] = clothes[110:, 60:] = True
+    picture = np.full((160, 160, 3), COLORS[BACKGROUND], np.float32)
+    picture[hair] = COLORS[HAIR]
+    cloth = clothes.copy()
+    cloth[110:130, 20:60] = True
+    labelled = hair | (cloth & ~clothes)
+    picture[cloth] = scarf
+    kept = without_cloth_colors(picture, labelled, clothes, 1.0)
+    assert not kept[110:].any()
+    assert kept[:95].sum() == hair[:95].sum()
+    # The same patch that clothes do not touch is a gleam of them, and hair.
+    away = clothes & (np.arange(160) > 140)[:, None]
+    assert (without_cloth_colors(picture, labelled, away, 1.0) == labelled).all()
+    # Cloth that is dark as the hair tells nothing.
+    picture[cloth] = COLORS[HAIR]
+    assert (without_cloth_colors(picture, labelled, clothes, 1.0) == labelled).all()
+    nothing = np.zeros_like(hair)
+    assert not without_cloth_colors(picture, nothing, clothes, 1.0).any()
+
+
 def test_the_cap_reaches_the_hairline_where_it_is_not_seen(curtains):
     portrait, shell = curtains
     unseen, seen = (
@@ -175,7 +199,7 @@ def test_the_cap_lies_close_below_thick_hair():
 
 def test_unseen_hair_is_lit_from_above(curtains):
     portrait, shell = curtains
-    painter = Painter(portrait, shell, flow(portrait, shell)[0])
+    painter = Painter(portrait, shell, flow(portrait, shell, *photographed(portrait))[0])
     back = np.array([[2.0, 4.0], [2.0, 14.0], [2.0, 26.0]])  # crown, ring of gloss, below it
     light = painter._light(back)
     assert light[1] > light[2] + 0.1 and np.abs(light).max() < 0.4
@@ -183,7 +207,7 @@ def test_unseen_hair_is_lit_from_above(curtains):
 
 def test_a_shaded_rim_does_not_colour_all_of_a_side(curtains):
     portrait, shell = curtains
-    ways, _ = flow(portrait, shell)
+    ways, _ = flow(portrait, shell, *photographed(portrait))
     shaded = portrait.color.copy()
     shaded[:, int(0.65 * shaded.shape[1]) :] *= 0.05
     painter = Painter(replace(portrait, color=shaded), shell, ways)
@@ -193,7 +217,7 @@ def test_a_shaded_rim_does_not_colour_all_of_a_side(curtains):
 
 def test_a_bald_top_that_shines_does_not_tell_the_colour_of_the_back(curtains):
     portrait, shell = curtains
-    painter = Painter(portrait, shell, flow(portrait, shell)[0])
+    painter = Painter(portrait, shell, flow(portrait, shell, *photographed(portrait))[0])
     skin, dark = (np.log(to_linear(np.array(COLORS[label]))) for label in (SKIN, HAIR))
     values = np.concatenate([np.repeat(skin[None], 60, 0), np.repeat(dark[None], 40, 0)])
     sides = np.arange(100) >= 60

@@ -8,7 +8,8 @@ from bakery.landmarks import CHIN
 from bakery.stages.hair import atlas as atlases
 from bakery.stages.hair import mesh as meshes
 from bakery.stages.hair.chart import COLUMNS
-from bakery.stages.hair.directions import flow
+from bakery.stages.hair.curls import curliness, take_curls
+from bakery.stages.hair.directions import flow, photographed
 from bakery.stages.hair.portrait import NOTHING, Portrait, at, look
 from bakery.stages.hair.shell import make_shell
 from bakery.stages.hair.strands import KNOTS, Wisps, grow
@@ -20,10 +21,12 @@ LEAST = 400.0  # mm2 of hair in the photo, below which there is none
 CARDS = 320
 WIDTH = 14.0  # mm
 LONGEST, SHORT = 130.0, 48.0  # mm, wisps of long and of short hair
+CURLED = 60.0  # mm, wisps of long hair that is all curls
 CROPPED = 5.0  # mm: hair so short is drawn on the skin
 STUBBLE, SHAVED = 9.0, 0.235  # mm, distance of sRGB colours: shorter and more alike is no volume
 COARSE = 60  # cards of the coarsest level
 WIDER = 2.0  # times the width that they have there
+FULLER = 0.5  # of their width that cards of curls get wider, whose borders are cut off
 
 
 def make_hair(
@@ -50,14 +53,19 @@ def make_hair(
     shell = make_shell(portrait, head, neutral)
     if (shell.there > 0.5).sum() < 20:
         return None
-    ways, _ = flow(portrait, shell)
+    angle, sure = photographed(portrait)
+    ways, _ = flow(portrait, shell, angle, sure)
     chin = float(head.landmarks(neutral)[CHIN, 1].mean())
     thick = np.percentile((shell.radius - shell.base)[shell.there > 0.5], 80)
     long = shell.below > -10 or thick > 25
     if thick < CROPPED or (thick < STUBBLE and not long and _like_skin(portrait)):
         return None
-    wisps = grow(shell, ways, CARDS, WIDTH, LONGEST if long else SHORT)
-    return _assembled(portrait, shell, ways, wisps, chin, size)
+    curly = curliness(portrait, angle, sure)
+    curls = take_curls(portrait) if curly > 0 else None
+    longest = (LONGEST + curly * (CURLED - LONGEST)) if long else SHORT
+    wisps = grow(shell, ways, CARDS, WIDTH, longest)
+    painter = atlases.Painter(portrait, shell, ways, curls, curly if curls else 0.0)
+    return _assembled(painter, wisps, chin, size)
 
 
 def _like_skin(portrait: Portrait) -> bool:
@@ -69,7 +77,8 @@ def _like_skin(portrait: Portrait) -> bool:
     return bool(np.linalg.norm(apart) < SHAVED)
 
 
-def _assembled(portrait, shell, ways, wisps, chin, size):
+def _assembled(painter, wisps, chin, size):
+    portrait, shell = painter.portrait, painter.shell
     surface, inner = meshes.cap_surface(shell, portrait)
     fine, coarse = (
         meshes.make_cap(shell, surface, inner, every) for every in (meshes.FINE, meshes.COARSE)
@@ -84,8 +93,9 @@ def _assembled(portrait, shell, ways, wisps, chin, size):
     wisps = Wisps(
         *(getattr(wisps, name)[order] for name in ("points", "cells", "width", "length", "layer"))
     )
-    edges, cells = meshes.ribbons(shell, wisps)
-    wide, _ = meshes.ribbons(shell, wisps, WIDER)
+    wider = 1 + FULLER * painter.curly
+    edges, cells = meshes.ribbons(shell, wisps, wider)
+    wide, _ = meshes.ribbons(shell, wisps, WIDER * wider)
     spread = np.linspace(0, max(len(rank) - 1, 0), min(COARSE, max(room[2], 0), len(rank))).astype(
         int
     )
@@ -93,8 +103,7 @@ def _assembled(portrait, shell, ways, wisps, chin, size):
     levels = (rank < room[0]) * 1 + (rank < room[1]) * 2
     shown = shell.chart.take(shell.seen, wisps.cells).mean(1)
     dense = 0.75 + 0.6 * shown  # what the photo shows is told finer
-    layout = atlases.pack(wisps.width * dense, wisps.length * dense, size)
-    painter = atlases.Painter(portrait, shell, ways)
+    layout = atlases.pack(wisps.width * wider * dense, wisps.length * dense, size)
     rows = float(
         max([part.cells[:, 1].max() for part in (fine, coarse) if len(part.cells)], default=1)
     )

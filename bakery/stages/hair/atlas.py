@@ -12,6 +12,7 @@ from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
 from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
+from bakery.stages.hair.curls import Curls
 from bakery.stages.hair.directions import frame
 from bakery.stages.hair.mesh import body_depth
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
@@ -22,6 +23,7 @@ CAP_PART = 0.3  # of the atlas's height
 GUTTER = 2  # texels around each card
 RAGGED, LONG = 0.3, 130.0  # of wisps so long, mm, so much has strands of different length
 POINTED = 0.4  # of its width that a wisp gets narrower to its tip
+CARVED = 0.25  # of half a card's width that curls cut off its border, in the mean
 STRAND = 0.7  # mm, width of the strands that are made up
 SHADE = 0.95  # of what unseen hair is as bright as the hair around it
 UNSEEN = (
@@ -87,8 +89,22 @@ def _shelves(width, length, side, height):
 class Painter:
     """Colours of places on the hair of one portrait."""
 
-    def __init__(self, portrait: Portrait, shell: Shell, flow: np.ndarray) -> None:
+    def __init__(
+        self,
+        portrait: Portrait,
+        shell: Shell,
+        flow: np.ndarray,
+        curls: Curls | None = None,
+        curly: float = 0.0,
+    ) -> None:
+        """
+        Args:
+            flow: [ROWS, COLUMNS, 3] from root to tip.
+            curls: None is straight hair.
+            curly: 0..1, how far hair is made of them.
+        """
         self.portrait, self.shell, self.flow = portrait, shell, flow
+        self.curls, self.curly = curls, curly
         self.nearest = self._nearest()
         self.normals = charts.smooth(frame(shell)[:, :, 2], 5.0)
         self.tone = self._tone()
@@ -166,12 +182,21 @@ class Painter:
         inner = self.portrait.hair > 0.95
         return float(np.clip(np.std(fine[inner]), 0.05, 0.4)) if inner.sum() > 50 else 0.15
 
-    def color(self, points, cells, streak, skin=False):
+    def curled(self, points, cells):
+        """Log brightness [n] of curls at places; None of straight hair."""
+        if self.curls is None:
+            return None
+        normal = self.shell.chart.take(self.normals, cells)
+        length = np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-6)
+        return self.curls.at(points, normal / length)
+
+    def color(self, points, cells, streak, curl=None, skin=False):
         """What places look like.
 
         Args:
             points: [n, 3] mm; cells: [n, 2] of the chart.
             streak: [n] noise of unit variance, along strands.
+            curl: [n] log brightness, see `curled`; None has no curls.
             skin: show the photo where it shows skin too, that nothing is seen of where hair ends.
 
         Returns:
@@ -197,7 +222,10 @@ class Painter:
             shown = shown * smoothstep(0.1, 0.5, hair)
         tone = shell.chart.take(self.tone, cells)
         light = self._light(cells)
-        level = light + STREAKS * self.energy * (1 + light) * streak
+        detail = STREAKS * self.energy * streak
+        if curl is not None:
+            detail = detail + self.curly * (curl - detail)
+        level = light + (1 + light) * detail
         made = np.exp(tone + np.log(SHADE) + level[:, None])
         color = made + shown[:, None] * (picture - made)
         before = smoothstep(6.0, 1.0, depth - body_depth(portrait, shell, pixels)) * inside
@@ -255,8 +283,11 @@ def paint_cards(painter, layout, edges, cells, solid, length, texture, direction
     place, _ = painter.shell.chart.cell(points)
     across = s * (layout.width[card] / layout.height[card] * length[card]) / STRAND
     streak, ragged = _streaks(card, across, t)
-    color, shown, left = painter.color(points, place, streak)
+    curl = painter.curled(points, place)
+    color, shown, left = painter.color(points, place, streak, curl)
     alpha = _strand_alpha(card, s, across, t, ragged, solid[card], length[card])
+    if curl is not None:
+        alpha += painter.curly * (_curl_alpha(s, t, curl) - alpha)
     alpha *= left
     there = painter.shell.chart.take(painter.shell.there, place)
     alpha *= smoothstep(0.3, 0.7, there + 0.25 * (ragged - 0.5))
@@ -318,6 +349,13 @@ def _strand_alpha(card, s, across, t, ragged, solid, length):
     return ends * begins * sides * gaps
 
 
+def _curl_alpha(s, t, curl):
+    """Cards that end where a curl does: bright ones stand out, the dark between them is cut off."""
+    inside = np.minimum(1 - np.abs(2 * s - 1), np.minimum(t / 0.1, (1 - t) / 0.2))
+    high = np.clip(curl / max(float(curl.std()), 1e-6), -2, 2)
+    return smoothstep(0.0, 0.2, inside - CARVED * (1 - 0.5 * high) * (1 - inside))
+
+
 def paint_cap(painter, surface, size, rows, texture, direction, source):
     """Paint the cap's part of the atlas; `rows` of the chart are on it."""
     tall = int(CAP_PART * size)
@@ -331,7 +369,8 @@ def paint_cap(painter, surface, size, rows, texture, direction, source):
     step[:, 1] = (ahead - cells)[:, 1]
     step = step * [size / COLUMNS, tall / rows]  # texels a mm
     noise = _drawn_out(step.reshape(tall, size, 2).astype(np.float32))
-    color, shown, _ = painter.color(points, cells, noise.reshape(-1), skin=True)
+    curl = painter.curled(points, cells)
+    color, shown, _ = painter.color(points, cells, noise.reshape(-1), curl, skin=True)
     made = color * (0.85 + 0.15 * shown[:, None])
     texture[:tall, :, :3] = made.reshape(tall, size, 3)
     texture[:tall, :, 3] = 1

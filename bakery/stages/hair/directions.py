@@ -72,13 +72,17 @@ def frame(shell: Shell) -> np.ndarray:
     return np.stack([left, down, -np.cross(left, down)], 2)
 
 
-def flow(portrait: Portrait, shell: Shell) -> tuple[np.ndarray, np.ndarray]:
+def flow(
+    portrait: Portrait, shell: Shell, angle: np.ndarray, sure: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Where hair runs on the shell.
+
+    Args:
+        angle, sure: [H, W], of `photographed`.
 
     Returns:
         [ROWS, COLUMNS, 3] unit vectors from root to tip, and [ROWS, COLUMNS] 0..1 how sure.
     """
-    angle, sure = photographed(portrait)
     cells = charts.grid()
     points = shell.surface(cells, 1.0)
     axes = frame(shell)

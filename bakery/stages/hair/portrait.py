@@ -25,6 +25,8 @@ POCKETS = 18.0, 45.0  # mm from the backdrop, above and below the eyes: how far 
 ALIKE = 0.2  # distance of sRGB colours of what may be the same
 HANGING = 15.0  # mm along which what hides the face touches the hair that it hangs from
 ON_CLOTHES = 10.0  # mm along which a patch touches clothes that is a part of them
+FOLDS = 8.0  # mm around cloth, in whose shadow nothing is told by its colour
+GAUDY = 22.0, 0.4  # CIELAB chroma off the hair's, and of that how far off the clothes' cloth may be
 INNER, HALO = 0.8, 3.0  # mm from what is no hair, and from the backdrop: nearer, colours are mixed
 NOTHING = 1e5  # mm, depth where no head is
 
@@ -110,6 +112,7 @@ def look(
     solid = without_bare_rims(picture, solid, regions == SKIN, scale_mm)
     solid = before_face(picture, solid, labels, regions, scale_mm)
     solid = without_clothes(solid, regions == CLOTHES, scale_mm)
+    solid = without_cloth_colors(picture, solid, regions == CLOTHES, scale_mm)
     solid = _patches(picture, solid, scale_mm)
     level = float(cameras.project(np.zeros(3), cut)[1])
     hair = _matte(picture, solid, regions, scale_mm)
@@ -180,6 +183,38 @@ def without_clothes(solid: np.ndarray, clothes: np.ndarray, scale: float) -> np.
     worn = (on > 2 * ON_CLOTHES * scale) & (top >= top[main] + height[main])
     worn[0] = False
     return solid & ~worn[number]
+
+
+def without_cloth_colors(
+    picture: np.ndarray, solid: np.ndarray, clothes: np.ndarray, scale: float
+) -> np.ndarray:
+    """Hair [H, W] bool without what lies on clothes and has their colour: scarves, ribbons, long earrings.
+
+    Only colours that the hair is far from tell; dark cloth beside dark hair stays.
+
+    Args:
+        picture: [H, W, 3] sRGB-encoded.
+        solid, clothes: [H, W] bool.
+        scale: pixels a millimetre.
+    """
+    if not solid.any() or not clothes.any():
+        return solid
+    chroma = cv2.cvtColor(picture, cv2.COLOR_RGB2LAB)[..., 1:]
+    chroma = normalized_blur(chroma, (solid | clothes).astype(np.float32), 1.5 * scale)
+    core = cv2.erode(clothes.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(np.float32)
+    off_hair = np.linalg.norm(chroma - np.median(chroma[solid], 0), axis=-1)
+    off_cloth = np.linalg.norm(chroma - diffuse(chroma, core), axis=-1)
+    least, share = GAUDY
+    gaudy = solid & (off_hair > least) & (off_cloth < share * off_hair)
+    count, number = cv2.connectedComponents(gaudy.astype(np.uint8))
+    near = cv2.dilate(clothes.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    on = np.bincount(number[near], minlength=count)  # two pixels of a border are near
+    worn = on > 2 * ON_CLOTHES * scale
+    worn[0] = False
+    if not worn.any():
+        return solid
+    away = cv2.distanceTransform((~worn[number]).astype(np.uint8), cv2.DIST_L2, 3)
+    return solid & (away > FOLDS * scale)
 
 
 def _patches(picture, solid, scale):

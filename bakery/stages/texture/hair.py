@@ -13,7 +13,7 @@ from bakery.heads.base import HeadModel
 from bakery.heads.scalp import BROW, EYE, ear_box, ear_depth, scalp, unrolled
 from bakery.landmarks import CHIN, OVAL, face_size
 from bakery.stages.atlas import Atlas, soften, uv_polygon
-from bakery.stages.hair.portrait import without_bare_rims, without_clothes
+from bakery.stages.hair.portrait import without_bare_rims, without_cloth_colors, without_clothes
 from bakery.stages.hair.presence import trusted, weighed
 from bakery.stages.segment import (
     BACKGROUND,
@@ -88,6 +88,7 @@ def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarra
     scale = face_size(points) / EYES_APART
     clothes = segmentation.regions == CLOTHES
     hair = without_clothes(segmentation.regions == HAIR, clothes, scale)
+    hair = without_cloth_colors(picture, hair, clothes, scale)
     hair = without_bare_rims(picture, hair, segmentation.regions == SKIN, scale)
     away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
     taken = smoothstep(*HAIR_STRIP, away) if hair.any() else np.ones(hair.shape)

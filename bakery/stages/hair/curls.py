@@ -1,0 +1,141 @@
+"""What curls look like: the photo's own, spread over hair that it does not show."""
+
+import cv2
+import numpy as np
+
+from bakery.geometry.color import LUMA
+from bakery.geometry.fill import normalized_blur, smoothstep
+from bakery.stages.hair.portrait import Portrait
+
+WIDE = 8.0  # mm over which straight hair runs one way
+# Coherence of directions over WIDE from which hair is straight, and below which it is all curls; by
+# looking at 40 of 142 portraits of congress/train in the order of it.
+STRAIGHT, CURLY = 0.5, 0.3
+DETAIL = 7.0  # mm: wider changes of brightness are light and shadow
+INNER = 3.0  # mm from the outline of hair: nearer, it is mixed with what is behind
+PATCH, OVERLAP = 12.0, 4.0  # mm of the pieces that are put together
+TILE = 120.0  # mm after which the pattern repeats
+TRIED = 40  # pieces of the photo for each place: with many more the same ones come again and again
+PIECES = 2000  # to choose from
+FEWEST = 1.0  # of a piece's area: places of pieces that the photo must show, or they repeat
+MOST = 0.35  # standard deviation of log brightness; more of it is gloss or noise in black hair
+SHARP = 6.0  # power of the normal that parts the three directions in which the pattern is laid on
+
+
+def curliness(portrait: Portrait, angle: np.ndarray, sure: np.ndarray) -> float:
+    """How far the photo's hair is made of curls: 0 runs one way, 1 runs no way.
+
+    Args:
+        angle, sure: [H, W], see bakery.stages.hair.directions.photographed.
+    """
+    inner = _inner(portrait).astype(np.float32)
+    if not inner.any():
+        return 0.0
+    double = np.stack([np.cos(2 * angle), np.sin(2 * angle)], -1) * (sure * inner)[..., None]
+    blurred = cv2.GaussianBlur(double, (0, 0), WIDE * portrait.scale)
+    mass = cv2.GaussianBlur(inner, (0, 0), WIDE * portrait.scale)
+    coherence = np.hypot(blurred[..., 0], blurred[..., 1]) / np.maximum(mass, 1e-3)
+    return float(smoothstep(STRAIGHT, CURLY, np.median(coherence[inner > 0])))
+
+
+def _inner(portrait: Portrait) -> np.ndarray:
+    size = 2 * max(round(INNER * portrait.scale), 1) + 1
+    return cv2.erode((portrait.hair > 0.95).astype(np.uint8), np.ones((size, size), np.uint8)) > 0
+
+
+class Curls:
+    """Log brightness of curls at any place, from a tile put together of the photo's pieces."""
+
+    def __init__(self, tile: np.ndarray, scale: float) -> None:
+        """
+        Args:
+            tile: [N, N] float32 log brightness around 0, its borders fit together.
+            scale: pixels a millimetre.
+        """
+        self.tile, self.scale = tile, scale
+
+    def at(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Log brightness [n] at points [n, 3] mm of a surface with normals [n, 3].
+
+        The tile is laid on along each axis, and each direction counts by how far the surface faces it.
+        """
+        weight = np.abs(normals) ** SHARP
+        # The square root keeps the contrast where two patterns mix.
+        weight /= np.maximum(np.sqrt((weight**2).sum(-1, keepdims=True)), 1e-9)
+        total = np.zeros(len(points))
+        side = len(self.tile)
+        for axis in range(3):
+            flat = np.delete(points, axis, 1) * self.scale + 37.0 * axis
+            total += weight[:, axis] * _wrapped(self.tile, flat % side)
+        return total
+
+
+def _wrapped(tile, pixels):
+    """Bilinear values [n] of a tile that repeats, at pixels [n, 2] within it."""
+    low = np.floor(pixels).astype(int)
+    f = pixels - low
+    side = len(tile)
+    x, y = low.T % side
+    right, below = (x + 1) % side, (y + 1) % side
+    above = tile[y, x] * (1 - f[:, 0]) + tile[y, right] * f[:, 0]
+    under = tile[below, x] * (1 - f[:, 0]) + tile[below, right] * f[:, 0]
+    return above * (1 - f[:, 1]) + under * f[:, 1]
+
+
+def take_curls(portrait: Portrait, seed: int = 5) -> Curls | None:
+    """The photo's curls as a tile; None where it shows too little hair.
+
+    References:
+        Efros and Freeman, "Image quilting for texture synthesis and transfer", SIGGRAPH 2001: pieces
+        that fit what is there already, one after another; here their overlaps are faded, not cut.
+    """
+    scale = portrait.scale
+    gray = np.log(np.maximum(portrait.color @ LUMA.astype(np.float32), 2e-3)).astype(np.float32)
+    hair = (portrait.hair > 0.95).astype(np.float32)
+    detail = gray - normalized_blur(gray, hair, DETAIL * scale)
+    patch, overlap = round(PATCH * scale), max(round(OVERLAP * scale), 1)
+    inner = cv2.erode(_inner(portrait).astype(np.uint8), np.ones((patch, patch), np.uint8),
+                      anchor=(0, 0), borderType=cv2.BORDER_CONSTANT, borderValue=0)  # fmt: skip
+    rows, columns = np.nonzero(inner[: 1 - patch, : 1 - patch])
+    if len(rows) < FEWEST * patch**2:
+        return None
+    rng = np.random.default_rng(seed)
+    chosen = rng.choice(len(rows), min(len(rows), PIECES), replace=False)
+    pieces = np.stack([detail[r : r + patch, c : c + patch]
+                       for r, c in zip(rows[chosen], columns[chosen])])  # fmt: skip
+    pieces = np.concatenate([pieces, pieces[:, :, ::-1]]) - pieces.mean()
+    tile = quilt(pieces, overlap, max(round(TILE * scale / (patch - overlap)), 2), rng)
+    # Fading has taken contrast off.
+    tile *= min(float(pieces.std()), MOST) / max(float(tile.std()), 1e-6)
+    return Curls(np.clip(tile, -3 * MOST, 3 * MOST), scale)
+
+
+def quilt(pieces: np.ndarray, overlap: int, count: int, rng: np.random.Generator) -> np.ndarray:
+    """A tile of `count` x `count` pieces whose opposite borders fit.
+
+    Args:
+        pieces: [n, P, P] to choose from.
+        overlap: pixels that neighbours share, less than P.
+
+    Returns:
+        [N, N] float32, N = count (P - overlap).
+    """
+    size = pieces.shape[1]
+    step = size - overlap
+    side = count * step
+    tile = np.zeros((side, side), np.float32)
+    filled = np.zeros((side, side), np.float32)
+    ramp = np.minimum((np.arange(size) + 1) / (overlap + 1), 1.0)
+    ramp = np.minimum(ramp, ramp[::-1]).astype(np.float32)
+    fade = np.minimum(ramp[:, None], ramp)
+    for row in range(count):
+        for column in range(count):
+            window = np.ix_((row * step + np.arange(size)) % side,
+                            (column * step + np.arange(size)) % side)  # fmt: skip
+            there, known = tile[window], filled[window]
+            tried = pieces[rng.integers(0, len(pieces), TRIED)]
+            best = tried[(((tried - there) ** 2) * (known > 0)).sum((1, 2)).argmin()]
+            share = np.where(known > 0, fade, 1.0)
+            tile[window] = there + share * (best - there)
+            filled[window] = 1
+    return tile
