@@ -35,7 +35,7 @@ def minimum_cut(
     edges, count = np.asarray(edges, np.int64).reshape(-1, 2), len(source)
     if len(edges) and not (0 <= edges.min() and edges.max() < count):
         raise ValueError(f"minimum_cut: edges name nodes beyond 0 to {count - 1}")
-    if min((np.min(x, initial=0) for x in (capacity, source, sink))) < 0:
+    if min(np.min(x, initial=0) for x in (capacity, source, sink)) < 0:
         raise ValueError("minimum_cut: capacities must not be negative")
     if not len(capacity) == len(edges) or len(sink) != count:
         raise ValueError("minimum_cut: needs a capacity an edge, and two a node")

@@ -30,36 +30,33 @@ class Surface:
         self.area = scatter_add(np.repeat(area, 3)[:, None], faces.ravel(), count)[:, 0]  # mm^2
 
     def relaxed(
-        self, known: np.ndarray, trust: np.ndarray, fixed: np.ndarray, reach: float, fade: float = 0.0
+        self, known: np.ndarray, trust: np.ndarray, fixed: np.ndarray, reach: float
     ) -> np.ndarray:
-        """Values that minimise sum (x_u - x_v)^2 over edges + sum trust (x - known)^2 + fade's pull to 0.
+        """Values that minimise sum (x_u - x_v)^2 over edges + sum trust (x - known)^2, begun at `known`.
 
         Args:
             known: [V, C].
             trust: [V] how much each is believed; 1 is as much as evens out over `reach`.
             fixed: [V] bool, where the values stay as `known` has them.
             reach: mm over which a step of `known` is spread.
-            fade: mm beyond which nothing is left of values that nobody knows; 0: they go on.
 
         Returns:
             [V, C] float32.
         """
-        pull = self.area / EQUAL
-        hold = (pull * trust / reach**2).astype(np.float32)
-        loss = np.zeros_like(hold) if fade <= 0 else (pull / fade**2).astype(np.float32)
+        hold = (self.area / EQUAL * trust / reach**2).astype(np.float32)
         out = np.array(known, np.float32)
-        _relax(self.start, self.near, np.asarray(known, np.float32), hold, loss, fixed, out)
+        _relax(self.start, self.near, np.asarray(known, np.float32), hold, fixed, out)
         return out
 
 
 @numba.njit(cache=True, nogil=True)
-def _relax(start, near, known, hold, loss, fixed, out):
+def _relax(start, near, known, hold, fixed, out):
     """Gauss-Seidel sweeps, forth and back in turns."""
     count, channels = known.shape
     for sweep in range(SWEEPS):
         for k in range(count):
             v = k if sweep % 2 == 0 else count - 1 - k
-            mass = hold[v] + loss[v] + (start[v + 1] - start[v])
+            mass = hold[v] + (start[v + 1] - start[v])
             if fixed[v] or mass <= 0:
                 continue
             for c in range(channels):

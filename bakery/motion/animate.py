@@ -198,7 +198,7 @@ class AnimationPlayer:
         """Yield `finish` of the pictures of some frames in order, made side by side."""
         return self._drawn(lambda *what: finish(self.picture(*what)), indices)
 
-    def frames(self, indices):
+    def rendered(self, indices):
         """Yield the render.Frame of some frames in order, made side by side."""
         return self._drawn(self.frame, indices)
 

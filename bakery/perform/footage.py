@@ -26,17 +26,30 @@ from bakery.stages.fit.landmarks import Shape
 from bakery.stages.fit.photometric import light_of
 from bakery.stages.segment import (
     BACKGROUND,
+    BROWS,
     CLOTHES,
+    EYES,
     GLASSES,
     HAIR,
     HAT,
+    LIPS,
+    MOUTH,
     THING,
     SegmentOptions,
     segment,
 )
 from bakery.types import Camera, Photo
 
-BEFORE = (BACKGROUND, HAIR, CLOTHES, GLASSES, HAT, THING)  # labels of what stays in front of the face
+BEFORE = (
+    BACKGROUND,
+    HAIR,
+    CLOTHES,
+    GLASSES,
+    HAT,
+    THING,
+)  # labels of what stays in front of the face
+FEATURES = (BROWS, EYES, LIPS, MOUTH)  # of the footage's own face: a second mouth must not show
+MARGIN = 0.05  # eye distances, around them
 LIT = 3  # frames of a shot whose mean light is taken for the shot's
 NEAR = 1.2  # frames, sigma of the smoothing of poses
 TURN, PLACE = np.radians(0.7), 0.012  # sigmas in value: radians; eye distances, and shares of depth
@@ -136,8 +149,11 @@ class Footage:
             steady(fits.expression, NEAR, 0.06), _seen(fits.found), np.mean(lights, 0),
         )  # fmt: skip
 
-    def hidden(self, standing: Standing, number: int, picture: np.ndarray) -> np.ndarray:
-        """How far [H, W] float32 0..1 each pixel of a frame shows something before the face.
+    def parts(
+        self, standing: Standing, number: int, picture: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """How far [H, W] float32 0..1 each pixel of a frame shows something before the face, and
+        where [H, W] bool it shows brows, eyes or mouth, with MARGIN.
 
         Args:
             number: frame of the shot, from 0.
@@ -149,8 +165,10 @@ class Footage:
         points = cameras.project(head.landmarks(shape).astype(np.float64), camera)
         found = segment(np.float32(picture) / 255, points, self.options)
         before = np.isin(found.labels, BEFORE).astype(np.float32)
-        soft: np.ndarray = cv2.GaussianBlur(before, (0, 0), max(SOFT * face_size(points), 0.6))
-        return soft
+        soft = cv2.GaussianBlur(before, (0, 0), max(SOFT * face_size(points), 0.6))
+        features = np.isin(found.labels, FEATURES).astype(np.uint8)
+        wide = 2 * round(MARGIN * face_size(points)) + 1
+        return soft, cv2.dilate(features, np.ones((wide, wide), np.uint8)) > 0
 
 
 def _seen(found):

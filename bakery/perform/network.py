@@ -116,7 +116,7 @@ class NetworkPlayer(AnimationPlayer):
         for index, frame in self._laid(indices):
             yield finish(self.shown(index, frame))
 
-    def frames(self, indices: Iterable[int]) -> Iterator[Frame]:
+    def rendered(self, indices: Iterable[int]) -> Iterator[Frame]:
         """As AnimationPlayer's."""
         return (frame for _, frame in self._laid(indices))
 

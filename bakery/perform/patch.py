@@ -12,6 +12,8 @@ from bakery.landmarks import BROWS, EYES, LIPS_OUTER, OVAL
 AROUND = 1.12  # of the face's oval: what the patch holds
 OUTER = 0.97  # of the oval: beyond it the footage is shown
 INNER = 1.06  # of the hull of brows, eyes and mouth: within it the face is replaced
+BELOW = np.array([18, 182, 406])  # landmarks below the lower lip, which the hull holds too
+NEAR = 14.0  # mm, sigma of what the rim tells the inner face
 EASE = 100.0  # mm, more than a face is wide: shapes change into each other from edge to edge
 
 
@@ -25,6 +27,10 @@ class Patch:
     inner: np.ndarray  # [P] bool, replaced always
     outer: np.ndarray  # [P] bool, never
     own: np.ndarray  # [P, 1] 0..1: 1 in the inner part, 0 in the outer one, harmonic between
+    free: np.ndarray  # [R] vertices of neither: the rim
+    near: (
+        np.ndarray
+    )  # [P, R] float32, what each of the rim counts at each vertex: its area, by distance
 
     def at(self, values: np.ndarray) -> np.ndarray:
         """Of values [..., V, C] of the head's vertices the patch's: [..., P, C]."""
@@ -48,14 +54,18 @@ def patch_of(head: HeadModel) -> Patch:
     kept = skin[within(uv, oval)[head.faces[skin]].all(1)]
     vertices, compact = np.unique(head.faces[kept], return_inverse=True)
     faces, here = compact.reshape(-1, 3).astype(np.int32), uv[vertices]
-    features = places[np.concatenate([BROWS, *EYES, LIPS_OUTER])].astype(np.float32)
+    features = places[np.concatenate([BROWS, *EYES, LIPS_OUTER, BELOW])].astype(np.float32)
     inner = within(here, ring(cv2.convexHull(features)[:, 0], INNER))
     outer = ~within(here, middle + OUTER * (places[OVAL] - middle))
     surface = Surface(head.mean[vertices], faces)
     own = surface.relaxed(
         inner[:, None], np.zeros(len(here)), inner | outer | (surface.area <= 0), EASE
     )
-    return Patch(vertices, faces, surface, inner, outer, np.clip(own, 0, 1))
+    free, places = np.flatnonzero(~(inner | outer)), np.float32(head.mean[vertices])
+    square = (places**2).sum(1)
+    apart = square[:, None] + square[free] - 2 * places @ places[free].T
+    near = np.float32(surface.area[free]) * np.exp(-0.5 * np.maximum(apart, 0) / NEAR**2)
+    return Patch(vertices, faces, surface, inner, outer, np.clip(own, 0, 1), free, near)
 
 
 def within(points: np.ndarray, ring: np.ndarray) -> np.ndarray:

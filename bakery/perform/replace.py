@@ -37,7 +37,8 @@ FACING = 0.25  # cosine to the camera below which skin is not replaced
 KNOWN = 0.5  # of the drawn face, below which nobody knows what it looks like
 BLEND = 4.5  # mm, over which the seam is blended
 STEADY = 2.0  # frames, sigma by which seam and tone are smoothed in time
-EVEN, FADE = 8.0, 30.0  # mm: tone is evened out along the seam, and fades out inwards
+SMOOTH = 8.0  # mm, over which the change of light is evened out
+LITTLE = 0.05  # of what the seam tells at most: where it tells less, tone fades out
 FLOOR = 0.01  # linear, in ratios of colours
 TONE, LIGHT = 0.7, 0.9  # natural logarithms of the strongest change of tone, and of light
 DARK = 0.1  # of a light's mean, the least that it gives a surface
@@ -54,6 +55,7 @@ class Drawn:
     depth: np.ndarray  # [P] mm
     light: np.ndarray  # [P, 3] what the footage's light makes of the photo's
     sight: np.ndarray  # [P] bool, see seam.Seen
+    feature: np.ndarray  # [P] bool, see seam.Seen
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,17 +94,23 @@ class Replacement:
         whole = min(player.count, int(np.floor(footage.seconds * self.rate + 1e-6)) + 1)
         end = whole if last is None else min(last, whole)
         if first >= end:
-            raise InputError(f"--frames: clip and footage share {whole} frames; begin below that")
+            raise InputError(
+                f"--frames: the clip and what it is put into share {whole} frames; begin below that"
+            )
         self.first, self.count = first, end - first
         self.size = footage.width, footage.height
         self.shows = [footage.shows(number / self.rate) for number in range(whole)]
         self.spans = self._spans()
         self.patch = patch_of(player.avatar.head)
-        places = {shot: place_of(one, player.avatar) for shot, one in footage.standings.items() if one}
+        places = {
+            shot: place_of(one, player.avatar) for shot, one in footage.standings.items() if one
+        }
         self.stage = _Stage(self, places)
         self.used = np.searchsorted(player.player.used, self.patch.vertices)
         self.normals = self._photographed()
-        player.enter(self.stage, next(n for n in range(whole) if self.standing_of(n)[0] is not None))
+        player.enter(
+            self.stage, next(n for n in range(whole) if self.standing_of(n)[0] is not None)
+        )
         self.drawn: dict[int, Drawn] = {}
         self.windows: dict[tuple[int, int], Window] = {}
 
@@ -116,6 +124,16 @@ class Replacement:
         avatar = self.player.avatar
         turn = rotation.matrix(avatar.fit.camera.rotation)
         return self.patch.at(vertex_normals(posed(avatar), avatar.head.faces)) @ turn.T
+
+    def notes(self, name: object) -> tuple[str, ...]:
+        """What is told of the footage, which messages call `name`."""
+        told = [f"{name}: {note}" for note in self.footage.performance.notes]
+        theirs, ours = self.footage.seconds + 1 / self.rate, self.player.count / self.rate
+        if abs(theirs - ours) > 1.5 / self.rate:
+            told.append(
+                f"lasts {ours:.1f} s and {name} {theirs:.1f} s: the film ends with the shorter one"
+            )
+        return tuple(told)
 
     def standing_of(self, number: int) -> tuple[Standing | None, int]:
         """Who stands in a frame of the film, None: nobody, and the frame of its shot."""
@@ -183,10 +201,10 @@ class Replacement:
         shape = count, len(patch.vertices)
         seen = Seen(
             np.zeros((*shape, 3), np.float32), np.zeros((*shape, 3), np.float32),
-            np.zeros(shape, bool), np.zeros(shape, np.float32),
+            np.zeros(shape, bool), np.zeros(shape, np.float32), np.zeros(shape, bool),
         )  # fmt: skip
         todo = [n for n in range(first, last) if n not in self.drawn and self._stands(n)]
-        fresh = zip(todo, self.player.frames(todo))
+        fresh = zip(todo, self.player.rendered(todo))
         for row, number in enumerate(range(first, last)):
             if not self._stands(number):
                 seen.hidden[row] = 1
@@ -213,11 +231,14 @@ class Replacement:
 
     def _tone(self, seen, face, row):
         """What [P, 3] the drawn face is changed by to be the footage's at the seam."""
-        source, target = (to_linear(x[row]) + FLOOR for x in (seen.source, seen.target))
-        trust = 4 * face[row] * (1 - face[row]) * seen.sight[row] * (1 - seen.hidden[row])
-        none = np.zeros(len(trust), bool)
-        found = self.patch.surface.relaxed(np.log(source / target), trust, none, EVEN, FADE)
-        return soft_limit(found, TONE)
+        patch, rim = self.patch, self.patch.free
+        source, target = (to_linear(x[row, rim]) + FLOOR for x in (seen.source, seen.target))
+        trust = 4 * face[row, rim] * (1 - face[row, rim]) * seen.sight[row, rim]
+        trust *= (1 - seen.hidden[row, rim]) * ~seen.feature[row, rim]
+        told = np.column_stack([trust[:, None] * np.log(source / target), trust])
+        mean = patch.near @ told.astype(np.float32)
+        most = max(float(mean[:, 3].max()), 1e-6)
+        return soft_limit(mean[:, :3] / (mean[:, 3:] + LITTLE * most), TONE)
 
     def _put(self, number: int, frame: Frame, picture: np.ndarray) -> Drawn:
         """A drawn frame as a Drawn; memory holds only the face."""
@@ -228,7 +249,8 @@ class Replacement:
         high = np.clip(np.ceil(pixels.max(0)).astype(int) + 2, low + 1, self.size)
         box = slice(low[1], high[1]), slice(low[0], high[0])
         standing, row = self.standing_of(number)
-        shown = 1 - self.footage.hidden(standing, row, picture)[box]
+        before, features = self.footage.parts(standing, row, picture)
+        shown, features = 1 - before[box], np.float32(features[box])
         alpha = frame.alpha[box]
         color = to_encoded(np.clip(frame.color[box] / np.maximum(alpha, 1e-3)[..., None], 0, 1))
         normals = vertex_normals(shape, self.patch.faces) @ rotation.matrix(camera.rotation).T
@@ -238,16 +260,22 @@ class Replacement:
         sight = ((normals * toward).sum(1) > FACING) & known & inside
         return Drawn(
             box, _bytes(color), _bytes(alpha * shown), (pixels - low).astype(np.float32),
-            depth.astype(np.float32), self._lit(normals, standing.light).astype(np.float32), sight,
+            depth.astype(np.float32), self._lit(normals, standing.light, sight), sight,
+            bilinear(features, pixels - low) > 0.25,
         )  # fmt: skip
 
-    def _lit(self, normals, light):
-        """What [P, 3] the light [9, 3] of the footage makes of skin in the light of the photo."""
-        gains = []
+    def _lit(self, normals, light, sight):
+        """What [P, 3] the light [9, 3] of the footage makes of skin in the light of the photo.
+
+        It is evened out over the face: normals turn wildly on rims of lips and lids.
+        """
+        shine = []
         for one, at in ((light, normals), (self.player.avatar.fit.light, self.normals)):
-            shine = harmonics.irradiance(at, one)
-            gains.append(np.maximum(shine, DARK * harmonics.C0 * np.abs(one[0])))
-        return np.exp(soft_limit(np.log(gains[0] / gains[1]), LIGHT))
+            least = DARK * harmonics.C0 * np.abs(one[0])
+            shine.append(np.maximum(harmonics.irradiance(at, one), least))
+        ratio = soft_limit(np.log(shine[0] / shine[1]), LIGHT)
+        fixed = np.zeros(len(sight), bool)
+        return np.exp(self.patch.surface.relaxed(ratio, sight, fixed, SMOOTH))
 
     def _look(self, number, picture, seen, row):
         """Note what a frame shows at the patch's vertices."""
@@ -257,7 +285,7 @@ class Replacement:
         face = bilinear(cv2.GaussianBlur(np.float32(drawn.color) / 255, (0, 0), 0.8), drawn.pixels)
         seen.target[row] = to_encoded(np.clip(to_linear(face) * drawn.light, 0, 1))
         seen.hidden[row] = 1 - bilinear(np.float32(drawn.share) / 255, drawn.pixels)
-        seen.sight[row] = drawn.sight
+        seen.sight[row], seen.feature[row] = drawn.sight, drawn.feature
 
     def _composed(self, given):
         picture, drawn, values = given

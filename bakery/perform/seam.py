@@ -30,14 +30,18 @@ class Seen:
 
     source: np.ndarray  # [n, P, 3] float32 sRGB-encoded: the footage
     target: np.ndarray  # [n, P, 3] float32: the drawn face
-    sight: np.ndarray  # [n, P] bool: turned to the camera, in the picture, and drawn of what is known
+    sight: (
+        np.ndarray
+    )  # [n, P] bool: turned to the camera, in the picture, and drawn of what is known
     hidden: np.ndarray  # [n, P] float32 0..1: behind what is before the face
+    feature: np.ndarray  # [n, P] bool: the footage shows its own brows, eyes or mouth here
 
 
 def seam(patch: Patch, seen: Seen) -> np.ndarray:
     """Which vertices show the drawn face: [n, P] bool, by one cut over all frames."""
     free = ~(patch.inner | patch.outer)
-    outside = (patch.outer | ~seen.sight) & ~patch.inner
+    inside = (patch.inner | seen.feature) & ~patch.outer
+    outside = (patch.outer | ~seen.sight) & ~inside
     labels = np.broadcast_to(patch.inner, outside.shape).copy()
     if not free.any():
         return labels
@@ -60,11 +64,11 @@ def seam(patch: Patch, seen: Seen) -> np.ndarray:
             inner = patch.inner[far[border]]
             np.add.at(face[frame], held[0][inner], held[1][inner])
             np.add.at(footage[frame], held[0][~inner], held[1][~inner])
-    footage[outside[:, free]] = SURELY
+    face[inside[:, free]] = footage[outside[:, free]] = SURELY
     edges = np.concatenate([spatial, temporal])
     capacity = np.concatenate([across[:, both].ravel(), between[:, free].ravel()])
-    inside = minimum_cut(edges, capacity, face.ravel(), footage.ravel())
-    labels[:, free] = inside.reshape(count, width)
+    found = minimum_cut(edges, capacity, face.ravel(), footage.ravel())
+    labels[:, free] = found.reshape(count, width)
     return labels
 
 
