@@ -38,7 +38,7 @@ KNOWN = 0.5  # of the drawn face, below which nobody knows what it looks like
 BLEND = 4.5  # mm, over which the seam is blended
 STEADY = 2.0  # frames, sigma by which seam and tone are smoothed in time
 SMOOTH = 8.0  # mm, over which the change of light is evened out
-LITTLE = 0.05  # of what the seam tells at most: where it tells less, tone fades out
+LITTLE = 0.001  # of what the seam tells at most: where it tells less, tone fades out
 FLOOR = 0.01  # linear, in ratios of colours
 TONE, LIGHT = 0.7, 0.9  # natural logarithms of the strongest change of tone, and of light
 DARK = 0.1  # of a light's mean, the least that it gives a surface
@@ -74,6 +74,17 @@ class Span:
     shot: Shot
     first: int
     last: int  # one behind the last
+
+
+@dataclass(frozen=True, eq=False)
+class Layers:
+    """A frame of the film and what it is made of."""
+
+    number: int
+    source: np.ndarray  # [H, W, 3] uint8, the footage
+    drawn: Drawn | None  # None: nothing is replaced in this frame
+    values: np.ndarray | None  # [P, 4], see `laid`
+    made: np.ndarray  # [H, W, 3] uint8
 
 
 class Replacement:
@@ -142,12 +153,18 @@ class Replacement:
 
     def pictures(self, indices: Iterable[int]) -> Iterator[np.ndarray]:
         """Yield the frames [H, W, 3] uint8 sRGB of some of those shown, rising."""
-        return side_by_side(self._composed, self._sources(indices))
+        return (layers.made for layers in self.layers(indices))
 
-    def _sources(self, indices):
-        for index in indices:
-            number = self.first + index
-            yield self.source(number), *self.layer(number)
+    def layers(self, indices: Iterable[int]) -> Iterator["Layers"]:
+        """Yield the frames of some of those shown, rising, with what they are made of."""
+
+        def laid_over(given):
+            number, source, drawn, values = given
+            made = source if drawn is None else laid(source, drawn, values, self.patch)
+            return Layers(number, source, drawn, values, made)
+
+        numbers = (self.first + index for index in indices)
+        return side_by_side(laid_over, ((n, self.source(n), *self.layer(n)) for n in numbers))
 
     def source(self, number: int) -> np.ndarray:
         """The footage's own picture [H, W, 3] uint8 of a frame of the film."""
@@ -286,10 +303,6 @@ class Replacement:
         seen.target[row] = to_encoded(np.clip(to_linear(face) * drawn.light, 0, 1))
         seen.hidden[row] = 1 - bilinear(np.float32(drawn.share) / 255, drawn.pixels)
         seen.sight[row], seen.feature[row] = drawn.sight, drawn.feature
-
-    def _composed(self, given):
-        picture, drawn, values = given
-        return picture if drawn is None else laid(picture, drawn, values, self.patch)
 
 
 def laid(picture: np.ndarray, drawn: Drawn, values: np.ndarray, patch: Patch) -> np.ndarray:
