@@ -1,17 +1,28 @@
 """A face put into footage, measured: its seam, the seam's flicker, and a person's face put into its own clip."""
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
 
+from bakery.detectors.base import Detector
 from bakery.evaluate.metrics import psnr
+from bakery.export.open import open_avatar
+from bakery.formats.video import Clip
+from bakery.generators.transfer import load
 from bakery.geometry import camera as cameras
 from bakery.geometry.sample import bilinear
+from bakery.heads.base import HeadModel
+from bakery.motion.animate import AnimationPlayer, RenderSettings
+from bakery.perform.footage import Footage
 from bakery.perform.patch import Patch
+from bakery.perform.performance import fitted
 from bakery.perform.replace import Layers, Replacement, laid
 from bakery.perform.seam import Seen, seam
+from bakery.perform.transfer import TransferPlayer
 
 ACROSS = 0.05  # eye distances from the seam, on both sides, between which a step is measured
 BAND = (0.1, 0.9)  # share of the drawn face of the vertices whose flicker is measured
@@ -27,6 +38,43 @@ class Seam:
     flicker: float  # change from frame to frame of what stays in its place on the face, likewise
     inside: float  # dB: PSNR of the drawn face against the footage; says something of its own face alone
     rate: float  # frames a second, tracking not counted
+
+
+def film_of(
+    head: HeadModel, detector: Detector, bundle: Path, clip: Path, by_transfer: bool = False
+) -> Replacement:
+    """The face of a bundle in a clip, as it does what the clip's own face does."""
+    performed = fitted(Clip(clip), head, detector, clip.parent / "fits", overwrite=True)
+    settings = RenderSettings(rate=performed.take.rate, hair=False)
+    avatar, take = open_avatar(bundle), performed.take
+    player = AnimationPlayer(avatar, take, settings)
+    if by_transfer:
+        player = TransferPlayer(avatar, take, settings, performed, head, lambda: Clip(clip), load())
+    return Replacement(player, Footage(performed, head, lambda: Clip(clip), None))
+
+
+def run(
+    head: HeadModel, detector: Detector, seed: int, people: int, folder: Path
+) -> Iterator[tuple[str, Seam]]:
+    """Faces in other people's clips, and in their own, of the scenes that `performing.run` left in a folder.
+
+    Yields:
+        (name, Seam).
+    """
+
+    def scene(number):
+        performer, target = seed + number % people, seed + (number + 1) % people
+        return target, performer, folder / f"{performer}-{target}"
+
+    for number in range(people):
+        target, performer, here = scene(number)
+        bundle = here / "portrait.avatar"
+        _, _, own = scene(number + 1)
+        for clip in dict.fromkeys((here, own)):
+            for way in ("avatar", "transfer"):
+                whose = "its own clip" if clip == own else f"the clip of {performer}"
+                film = film_of(head, detector, bundle, clip / "clip.mp4", way == "transfer")
+                yield f"{target} in {whose}, {way}", measure(film)
 
 
 def measure(film: Replacement, every: int = 3) -> Seam:

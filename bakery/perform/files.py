@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from bakery import __version__
@@ -91,6 +92,8 @@ def perform(
     kind = video.kind_of(output)
     gain = parse_gain(wanted.gain)
     pictures, head = opened(clip, wanted.rate), load_head(wanted.head)
+    if isinstance(wanted.over, Path):
+        _reopened(wanted)  # what cannot be read is told before the clip is followed
     finder = plug_in("detectors", wanted.detector)
     show = progress or (lambda step, done, total: None)
     with work_folder(output, work) as kept:
@@ -144,9 +147,7 @@ def perform(
 def _footage(clip, place, done, head, finder, wanted, show):
     """The footage that a face is put into; the clip itself is not followed twice."""
 
-    def reopen():
-        return opened(wanted.over, wanted.rate if wanted.over.is_dir() else None)
-
+    reopen = partial(_reopened, wanted)
     same = wanted.over.resolve() == Path(clip).resolve()
     if same and wanted.over_face in (None, wanted.face):
         there = done
@@ -173,6 +174,11 @@ def baked(source: Path, wanted: Wanted, kept: Work, show: Callable[[str, int, in
     if not is_fresh(request):
         pipeline.build(request, show)
     return request.output
+
+
+def _reopened(wanted):
+    """What the face is put into, opened."""
+    return opened(wanted.over, wanted.rate if wanted.over.is_dir() else None)
 
 
 def over_settings(wanted: Wanted, footage: Footage | None = None) -> RenderSettings:

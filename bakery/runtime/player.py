@@ -208,9 +208,7 @@ class Player:
         painted: Painted | None = None,
         shape: np.ndarray | None = None,
     ) -> None:
-        """Draw a frame into a workspace; see `render.draw`. `known` asks for `Frame.face` too; `shape`
-        are vertices [v, 3] mm in place of those that `vertices` gives.
-        """
+        """Draw a frame into a workspace; see `render.draw`. `known`: `Frame.face` too; `shape`: in place of `vertices`."""
         expression = np.asarray(expression, np.float32)
         textures = self.avatar.textures
         fine = cameras.crop(
