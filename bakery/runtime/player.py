@@ -182,8 +182,7 @@ class Player:
             np.empty(len(self.squares), bool), np.empty((len(self.faces), 9)),
             np.empty(self.mouths.shape[:2], bool), np.empty((*fine, 4), np.float32),
             np.empty(blocks, bool), np.empty(fine, np.float32),
-            np.empty((height, width, 4), np.float32),
-            np.empty((height, width), np.float32),
+            np.empty((height, width, 4), np.float32), np.empty((height, width), np.float32),
             np.empty((height, width, 4), np.float32),
         )  # fmt: skip
 
@@ -302,9 +301,7 @@ class Player:
         shape: np.ndarray | None = None,
     ) -> Frame:
         """A `render.Frame`, with what the photo knows; `shape` as in `draw_into`."""
-        self.draw_into(
-            work, camera, expression, gaze, dynamic, apart=apart, painted=painted, shape=shape
-        )
+        self.draw_into(work, camera, expression, gaze, dynamic, True, apart, painted, shape)
         color = work.color.copy()
         hair = work.hair.copy() if apart and len(self.hair.vertices) else None
         return Frame(color[..., :3], work.alpha.copy(), color[..., 3], hair)
