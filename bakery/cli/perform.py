@@ -28,15 +28,19 @@ PLAN = {
     "picture of each frame.",
 )  # fmt: skip
 @click.option(
-    "--over", type=click.Choice(["portrait"]),
-    help="Put the face into the portrait; a bundle needs --keep-photo for it.",
+    "--over", metavar="portrait|CLIP2",
+    help="Put the face into the portrait (a bundle needs --keep-photo for it), or into other footage, "
+    "in place of the face there; CLIP itself is other footage too.",
 )  # fmt: skip
+@click.option(
+    "--over-face", type=click.IntRange(1), metavar="N", help="Which face of CLIP2, as --face."
+)
 @click.option(
     "--view", default="front", show_default=True, help="front or YAW,PITCH, without --over."
 )
 @click.option(
-    "--size", default=512, show_default=True, type=click.IntRange(16, 4096),
-    help="Pixels of the longer side; even.",
+    "--size", type=click.IntRange(16, 4096),
+    help="Pixels of the longer side; even (512; over CLIP2 that of CLIP2).",
 )  # fmt: skip
 @click.option("--frames", metavar="FIRST:LAST", help="Only these frames of the clip, from 0.")
 @click.option(
@@ -60,7 +64,7 @@ PLAN = {
 @click.option("--work", type=click.Path(path_type=Path), help="Folder for finished parts, kept.")
 @options.overwrite
 def perform(
-    source, clip, output, by, over, view, size, frames, hair, settings, work, overwrite, **wanted
+    source, clip, output, by, over, over_face, view, size, frames, hair, settings, work, overwrite, **wanted
 ):  # fmt: skip
     """Play what the person in CLIP does with the person of a portrait or a bundle. An interrupted
     run goes on where it stopped.
@@ -68,12 +72,17 @@ def perform(
     \b
     bakery perform portrait.jpg clip.mp4 -o out.mp4
     bakery perform portrait.avatar clip.mp4 -o out.mp4 --over portrait
+    bakery perform portrait.avatar clip.mp4 -o out.mp4 --over other.mp4 --size 1080
     bakery perform portrait.avatar clip.mp4 -o out.mp4 --fits fits/
 
     Both people have to agree. Each shot of the clip is fitted anew; frames in which the face is
     hidden or blurred lie between their neighbours, and are told. What is written says in its
     metadata that it shows synthetic media.
+
+    Over other footage the film has its rate, and hair, hands and glasses stay before the face; it
+    ends with the shorter one. A folder of frames needs --rate, which is then that of both.
     """
+    from bakery.errors import UsageProblem
     from bakery.formats.video import kind_of
 
     kind_of(output)
@@ -85,12 +94,18 @@ def perform(
     from bakery.perform import files
     from bakery.show import frame
 
+    if over not in (None, "portrait"):
+        over = Path(over)
+    elif over_face:
+        raise UsageProblem("--over-face: names a face of --over CLIP2; give that too, or drop it")
     first, last = parse_frames(frames)
     chosen = RenderSettings(
-        view=frame.parse(view=view)["view"], size=size, first=first, last=last, hair=hair
+        view=frame.parse(view=view)["view"], size=size or 512, first=first, last=last, hair=hair
     )
     track = options.options_of("track", settings)
-    asked = files.Wanted(by, over, chosen, track=track, overwrite=overwrite, **wanted)
+    asked = files.Wanted(
+        by, over, over_face, chosen, size is not None, track=track, overwrite=overwrite, **wanted
+    )  # fmt: skip
     options.say(files.CONSENT)
     with options.progress(output.name, PLAN) as progress:
         made = files.perform(source, clip, output, asked, progress, work)

@@ -3,6 +3,7 @@
 import os
 from collections import deque
 from dataclasses import asdict, dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from bakery.runtime.player import Player
 from bakery.runtime.render import in_photo, over_gray, over_photo, portrait_at
 from bakery.stages.condition import face_camera
 from bakery.stages.fit.gaze import LIMIT
+from bakery.types import Camera
 
 PART = 150  # frames that are encoded together, and lost together by an interruption
 FACE_RATIO = 0.6  # of the picture's height that the face takes, as `bakery render` shows it
@@ -63,8 +65,22 @@ def parse_frames(text):
     return first, last
 
 
+class Stage(Protocol):
+    """Where a head stands that is put into other pictures."""
+
+    def camera_of(self, index: int) -> Camera:
+        """The camera of a frame; its size is that of all."""
+
+    def shape_of(self, index: int) -> np.ndarray | None:
+        """The vertices [v, 3] mm of a frame as `Player.vertices` orders them, or None for those that
+        the weights make.
+        """
+
+
 class AnimationPlayer:
     """Draws any frame of a take with an avatar."""
+
+    stage: Stage | None = None
 
     def __init__(self, avatar, take, settings):
         """
@@ -126,6 +142,8 @@ class AnimationPlayer:
 
         The photo's own view stays as it is: its background cannot turn.
         """
+        if self.stage is not None:
+            return self.stage.camera_of(index)
         if self.settings.view == "photo" or not self.head[index].any():
             return self.camera
         turn = rotation.yaw_pitch_roll(*self.head[index])
@@ -138,6 +156,16 @@ class AnimationPlayer:
             self.camera, rotation=rotation.vector(turned), translation=where - turned @ pivot
         )
 
+    def enter(self, stage, index=0):
+        """Stand where a Stage says from now on; frame `index` of it says how large the pictures are."""
+        self.stage, self.camera = stage, stage.camera_of(index)
+
+    def frame(self, work, index, painted=None):
+        """The render.Frame of a frame, hair with volume apart where something is behind the head."""
+        pose = self.camera_of(index), self.weights[index], self.gaze[index], self.settings.dynamic
+        shape = None if self.stage is None else self.stage.shape_of(index)
+        return self.player.frame(work, *pose, self.background is not None, painted, shape)
+
     def picture(self, work, index, painted=None):
         """Frame `index` of those shown: [H, W, 3] uint8 sRGB; with alpha, [H, W, 4], where it is
         a single picture of the head alone. `painted` is a runtime.painted.Painted of that frame.
@@ -145,8 +173,7 @@ class AnimationPlayer:
         pose = self.camera_of(index), self.weights[index], self.gaze[index], self.settings.dynamic
         if self.background is None and self.settings.film:
             return self.player.picture(work, *pose, painted)
-        apart = self.background is not None
-        return self.shown(index, self.player.frame(work, *pose, apart, painted))
+        return self.shown(index, self.frame(work, index, painted))
 
     def shown(self, index, frame):
         """A render.Frame of frame `index` as a picture, as `picture` gives it; over the photo its
@@ -169,6 +196,14 @@ class AnimationPlayer:
 
     def pictures(self, indices, finish=lambda picture: picture):
         """Yield `finish` of the pictures of some frames in order, made side by side."""
+        return self._drawn(lambda *what: finish(self.picture(*what)), indices)
+
+    def rendered(self, indices):
+        """Yield the render.Frame of some frames in order, made side by side."""
+        return self._drawn(self.frame, indices)
+
+    def _drawn(self, how, indices):
+        """Yield `how` (a workspace, a frame's index and what is painted for it) of some frames."""
         free = deque()
 
         def draw(given):
@@ -178,7 +213,7 @@ class AnimationPlayer:
             except IndexError:  # one for each thread, then no more
                 work = self.player.workspace(self.camera.width, self.camera.height)
             try:
-                return finish(self.picture(work, index, self.painted(index, source)))
+                return how(work, index, self.painted(index, source))
             finally:
                 free.append(work)
 

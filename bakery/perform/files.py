@@ -2,12 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from bakery import __version__
 from bakery.bake import pipeline
 from bakery.bake.batch import is_fresh
-from bakery.errors import InputError
+from bakery.errors import FitError, InputError
 from bakery.export import bundle as bundles
 from bakery.export.open import open_avatar
 from bakery.formats import video
@@ -22,8 +23,10 @@ from bakery.motion.animate import AnimationPlayer, RenderSettings, film
 from bakery.motion.files import note_of, opened
 from bakery.motion.retarget import parse_gain, retarget
 from bakery.motion.track import TrackOptions
+from bakery.perform.footage import Footage
 from bakery.perform.network import NetworkPlayer
 from bakery.perform.performance import Performance, clip_key, fitted
+from bakery.perform.replace import Replacement
 from bakery.perform.transfer import TransferPlayer
 from bakery.plugins import plug_in
 
@@ -32,6 +35,8 @@ CONSENT = (
     "synthetic"
 )
 MARK = " The movements are another person's, filmed; both have to agree to its use."
+REPLACED = " The face was put into other footage; whoever is seen there has to agree too."
+OVER = "over"  # folder of the footage's fits, in that of the clip's
 
 
 @dataclass(frozen=True)
@@ -39,8 +44,10 @@ class Wanted:
     """What `bakery perform` was asked for."""
 
     by: str = "avatar"  # what paints the face: avatar, transfer or network
-    over: str | None = None  # "portrait"; None is plain grey
+    over: str | Path | None = None  # "portrait", or footage; None is plain grey
+    over_face: int | None = None  # of the footage, from 1
     settings: RenderSettings = RenderSettings()
+    sized: bool = True  # whether the settings' size holds for footage too, which else keeps its own
     face: int | None = None  # of the clip, from 1
     rate: float | None = None  # frames a second of a folder of frames
     fits: Path | None = None  # folder that keeps the fits
@@ -85,6 +92,8 @@ def perform(
     kind = video.kind_of(output)
     gain = parse_gain(wanted.gain)
     pictures, head = opened(clip, wanted.rate), load_head(wanted.head)
+    if isinstance(wanted.over, Path):
+        _reopened(wanted)  # what cannot be read is told before the clip is followed
     finder = plug_in("detectors", wanted.detector)
     show = progress or (lambda step, done, total: None)
     with work_folder(output, work) as kept:
@@ -97,7 +106,10 @@ def perform(
             wanted.overwrite or wanted.fits is None,
         )  # fmt: skip
         take = retarget(done.take, gain, wanted.neutral)
-        settings = over_settings(wanted)
+        footage = None
+        if isinstance(wanted.over, Path):
+            footage = _footage(clip, place, done, head, finder, wanted, show)
+        settings = over_settings(wanted, footage)
         if wanted.by == "transfer":
             player: AnimationPlayer = TransferPlayer(
                 avatar, take, settings, done, head, lambda: opened(clip, wanted.rate), load()
@@ -109,12 +121,46 @@ def perform(
         else:
             player = AnimationPlayer(avatar, take, settings)
         heard, notes = sound_of(clip, kind, kept, wanted, done)
+        shown: Replacement | AnimationPlayer = player
+        over: object = wanted.over
+        if footage is not None:
+            asked = wanted.settings
+            shown = Replacement(player, footage, asked.first, asked.last)
+            notes += shown.notes(wanted.over)
+            over = clip_key(footage.reopen(), head, wanted.track, wanted.over_face)
         key = key_of(
             __version__, digest_file(bundle / MANIFEST), clip_key(pictures, head, wanted.track, wanted.face),
-            digest(format_take(take)), wanted.by, wanted.over, asdict(wanted.settings),
+            digest(format_take(take)), wanted.by, over, asdict(wanted.settings),
         )  # fmt: skip
-        film(player, output, marked(note_of(manifest)), key, kept, heard, progress)
-    return Made(player.count, player.rate, notes)
+        film(
+            shown,
+            output,
+            marked(note_of(manifest), footage is not None),
+            key,
+            kept,
+            heard,
+            progress,
+        )
+    return Made(shown.count, shown.rate, notes)
+
+
+def _footage(clip, place, done, head, finder, wanted, show):
+    """The footage that a face is put into; the clip itself is not followed twice."""
+
+    reopen = partial(_reopened, wanted)
+    same = wanted.over.resolve() == Path(clip).resolve()
+    if same and wanted.over_face in (None, wanted.face):
+        there = done
+    else:
+        try:
+            there = fitted(
+                reopen(), head, finder, place / OVER, wanted.track, wanted.over_face, show,
+                wanted.overwrite or wanted.fits is None,
+            )  # fmt: skip
+        except (InputError, FitError) as error:
+            raise type(error)(str(error).replace("--face", "--over-face")) from None
+    longest = wanted.settings.size if wanted.sized else None
+    return Footage(there, head, reopen, longest)
 
 
 def baked(source: Path, wanted: Wanted, kept: Work, show: Callable[[str, int, int], None]) -> Path:
@@ -130,8 +176,15 @@ def baked(source: Path, wanted: Wanted, kept: Work, show: Callable[[str, int, in
     return request.output
 
 
-def over_settings(wanted: Wanted) -> RenderSettings:
-    """How the head is drawn, by what it is put into."""
+def _reopened(wanted):
+    """What the face is put into, opened."""
+    return opened(wanted.over, wanted.rate if wanted.over.is_dir() else None)
+
+
+def over_settings(wanted: Wanted, footage: Footage | None = None) -> RenderSettings:
+    """How the head is drawn, by what it is put into; footage decides about frames and keeps its hair."""
+    if footage is not None:
+        return RenderSettings(rate=footage.performance.take.rate, hair=False)
     if wanted.over is None:
         return wanted.settings
     return replace(wanted.settings, view="photo")
@@ -148,6 +201,6 @@ def sound_of(clip: Path, kind: str, kept: Work, wanted: Wanted, done: Performanc
         return None, (*done.notes, f"left without sound: {said}")
 
 
-def marked(note: Note) -> Note:
-    """What a video of an avatar says about itself, and whose movements it shows."""
-    return replace(note, text=note.text + MARK)
+def marked(note: Note, footage: bool = False) -> Note:
+    """What a video of an avatar says about itself, whose movements it shows, and what it is put into."""
+    return replace(note, text=note.text + MARK + (REPLACED if footage else ""))

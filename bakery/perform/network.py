@@ -27,6 +27,7 @@ from bakery.motion.animate import AnimationPlayer, RenderSettings
 from bakery.parallel import side_by_side
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.cards import lay_picture
+from bakery.runtime.render import Frame
 from bakery.show.synthesis import haired
 from bakery.stages.condition import FACE_RATIO, SIZE, condition, finer, shrunk
 from bakery.types import Camera, Conditions, Generated, Photo
@@ -83,8 +84,8 @@ class NetworkPlayer(AnimationPlayer):
         )  # fmt: skip
         return index, seen, self.painter.generate(fitted.subject, seen)
 
-    def laid(self, work: object, index: int, image: np.ndarray, seen: Conditions) -> np.ndarray:
-        """The picture of a frame whose face is `image` [h, w, 3] linear, of the conditions `seen`."""
+    def laid(self, work: object, index: int, image: np.ndarray, seen: Conditions) -> Frame:
+        """A frame whose face is `image` [h, w, 3] linear, of the conditions `seen`."""
         camera, scale, corner = self.square(index)
         face = face_mask(self.fitted.head, seen).astype(np.float32) / 255
         face[enclosed(face < 1)] = 1
@@ -98,24 +99,32 @@ class NetworkPlayer(AnimationPlayer):
             soft, matrix, (whole.width, whole.height), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         )
         pose = self.camera_of(index), self.weights[index], self.gaze[index]
-        frame = self.player.frame(work, *pose, apart=True)
+        shape = None if self.stage is None else self.stage.shape_of(index)
+        frame = self.player.frame(work, *pose, apart=True, shape=shape)
         share = (placed[..., 3] * frame.face)[..., None]
         color = frame.color * (1 - share) + placed[..., :3] * share
         alpha, over = frame.alpha.copy(), frame.hair
         if self.background is None and over is not None:
             lay_picture(color, alpha, over)
             over = None
-        shown: np.ndarray = self.shown(index, replace(frame, color=color, alpha=alpha, hair=over))
-        return shown
+        return replace(frame, color=color, alpha=alpha, hair=over)
 
     def pictures(
         self, indices: Iterable[int], finish: Callable = lambda picture: picture
     ) -> Iterator:
         """As AnimationPlayer's."""
+        for index, frame in self._laid(indices):
+            yield finish(self.shown(index, frame))
+
+    def rendered(self, indices: Iterable[int]) -> Iterator[Frame]:
+        """As AnimationPlayer's."""
+        return (frame for _, frame in self._laid(indices))
+
+    def _laid(self, indices):
         work = self.player.workspace(self.camera.width, self.camera.height)
         fitted = self.fitted
         for index, seen, made in side_by_side(self.generated, indices):
             image = self.steady.follow(fitted.head, seen, made).image
             if self.settings.hair:
                 image = haired(fitted, seen, image)
-            yield finish(self.laid(work, index, image, seen))
+            yield index, self.laid(work, index, image, seen)

@@ -182,8 +182,7 @@ class Player:
             np.empty(len(self.squares), bool), np.empty((len(self.faces), 9)),
             np.empty(self.mouths.shape[:2], bool), np.empty((*fine, 4), np.float32),
             np.empty(blocks, bool), np.empty(fine, np.float32),
-            np.empty((height, width, 4), np.float32),
-            np.empty((height, width), np.float32),
+            np.empty((height, width, 4), np.float32), np.empty((height, width), np.float32),
             np.empty((height, width, 4), np.float32),
         )  # fmt: skip
 
@@ -206,14 +205,16 @@ class Player:
         known: bool = True,
         apart: bool = False,
         painted: Painted | None = None,
+        shape: np.ndarray | None = None,
     ) -> None:
-        """Draw a frame into a workspace; see `render.draw`. `known` asks for `Frame.face` too."""
+        """Draw a frame into a workspace; see `render.draw`. `known`: `Frame.face` too; `shape`: in place of `vertices`."""
         expression = np.asarray(expression, np.float32)
         textures = self.avatar.textures
         fine = cameras.crop(
             camera, 0, 0, camera.width * SAMPLES, camera.height * SAMPLES, float(SAMPLES)
         )
-        moved = np.concatenate([self.vertices(expression, gaze), self.hair.vertices])
+        shape = self.vertices(expression, gaze) if shape is None else shape
+        moved = np.concatenate([shape, self.hair.vertices])
         points = cameras.to_camera(moved, fine)
         pixels = cameras.project_camera(points, fine)
         depth = -points[:, 2]
@@ -297,9 +298,10 @@ class Player:
         dynamic: bool = True,
         apart: bool = False,
         painted: Painted | None = None,
+        shape: np.ndarray | None = None,
     ) -> Frame:
-        """A `render.Frame`, with what the photo knows."""
-        self.draw_into(work, camera, expression, gaze, dynamic, apart=apart, painted=painted)
+        """A `render.Frame`, with what the photo knows; `shape` as in `draw_into`."""
+        self.draw_into(work, camera, expression, gaze, dynamic, True, apart, painted, shape)
         color = work.color.copy()
         hair = work.hair.copy() if apart and len(self.hair.vertices) else None
         return Frame(color[..., :3], work.alpha.copy(), color[..., 3], hair)

@@ -150,12 +150,15 @@ def perform(folder, people, frames, seed, pictures, head, overwrite):
 
     FOLDER takes clips, portraits and bundles. The clip is tracked and the portrait fitted as for a
     user; a pair takes about four minutes. In the picture: dB of mouth and face, identity by its cosine, frames a
-    second; in texture space: `transfer` beside direct delta transfer, as in table 1 of the paper.
+    second; in texture space: `transfer` beside direct delta transfer, as in table 1 of the paper. Then
+    faces put into the clips: step and flicker of the seam over the footage's own, dB inside where a
+    face stands in its own clip, and seconds of a cut of 60 frames.
     """
     options.may_fill(folder, overwrite)
     options.may_fill(pictures, overwrite)
-    from bakery.evaluate import performing
+    from bakery.evaluate import performing, replacing
     from bakery.heads.file import load_head
+    from bakery.perform.patch import patch_of
     from bakery.plugins import plug_in
 
     model, detector, rows = load_head(head), plug_in("detectors", "network"), []
@@ -166,3 +169,6 @@ def perform(folder, people, frames, seed, pictures, head, overwrite):
         click.echo(json.dumps({"name": name, "shown": ways[0], "textures": ways[1]}))
         rows.append(found)
     click.echo(json.dumps(performing.summary(rows)))
+    for name, seam in replacing.run(model, detector, seed, people, folder):
+        click.echo(json.dumps({"name": name, "replaced": vars(seam)}))
+    click.echo(json.dumps({"cut_seconds": replacing.cut_seconds(patch_of(model))}))
