@@ -57,7 +57,7 @@ lint: $(READY) ## check style, types and spelling
 	$(RUN)/ruff check .
 	$(RUN)/ruff format --check .
 	$(RUN)/mypy
-	$(RUN)/codespell bakery tests docs README.md CHANGELOG.md CONTRIBUTING.md Makefile
+	$(RUN)/codespell bakery tests docs README.md CHANGELOG.md Makefile
 
 golden: $(READY) ## accept today's pictures as the golden ones
 	UPDATE_GOLDEN=1 $(RUN)/python -m pytest tests/golden tests/web
@@ -73,7 +73,7 @@ cli: $(READY) ## write docs/cli.md from the commands
 
 docs: $(READY) ## build the documents as a site in build/site
 	$(RUN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
-	$(RUN)/mkdocs build --strict --quiet
+	$(RUN)/mkdocs build --strict --quiet -f docs/site/mkdocs.yml
 	@echo 'site: $(CURDIR)/build/site/index.html'
 
 avatars: $(READY) ## bake the portraits of PHOTOS=folder into OUT=folder, JOBS=2 at once; fresh ones are skipped
