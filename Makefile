@@ -18,7 +18,7 @@ KIND ?=
 # with these, 8:11 without, on one day of a host whose speed varies.
 KEEP_MEMORY = MALLOC_TRIM_THRESHOLD_=1000000000 MALLOC_MMAP_THRESHOLD_=33554432
 
-.PHONY: help setup demo test proofs clients fuzz lint golden bench avatars samples picture viewer clean
+.PHONY: help setup demo test proofs clients fuzz lint golden bench report docs cli avatars samples picture viewer clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -64,6 +64,17 @@ golden: $(READY) ## accept today's pictures as the golden ones
 
 bench: $(READY) ## measure speed and memory; append a line to tests/bench/results.csv
 	$(RUN)/python tests/bench/bench.py '$(SAMPLE)'
+
+report: $(READY) ## measure again what needs no photographs, into docs/quality.md; ONLY="speed web" takes groups
+	$(RUN)/python docs/report.py $(ONLY)
+
+cli: $(READY) ## write docs/cli.md from the commands
+	$(RUN)/python docs/cli.py
+
+docs: $(READY) ## build the documents as a site in build/site
+	$(RUN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
+	$(RUN)/mkdocs build --strict --quiet -f docs/site/mkdocs.yml
+	@echo 'site: $(CURDIR)/build/site/index.html'
 
 avatars: $(READY) ## bake the portraits of PHOTOS=folder into OUT=folder, JOBS=2 at once; fresh ones are skipped
 	@$(RUN)/bakery build '$(PHOTOS)' -o '$(OUT)/' --jobs '$(JOBS)' --overwrite $(FLAGS)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from bakery import __version__
 from bakery.bake.fitting import own_head
 from bakery.bake.options import BundleOptions
 from bakery.export import bundle as bundles
@@ -13,7 +14,7 @@ from bakery.exporters.base import Exporter
 from bakery.exporters.exr import ExrExporter
 from bakery.exporters.head import HeadExporter
 from bakery.exporters.web import WebExporter
-from bakery.formats import image
+from bakery.formats import image, mark
 from bakery.formats.place import staged
 from bakery.parallel import side_by_side
 from bakery.plugins import plug_in
@@ -65,6 +66,8 @@ def write_bundle(
             photo,
         ]
         said = list(side_by_side(operator.call, jobs))
+        source = mark.IPTC + baked.generator.source_type
+        mark.stamp(folder, mark.Mark(source, f"bakery {__version__}", baked.photo.sha256))
         bundles.write_manifest(folder, manifest(baked, said, bundles.list_files(folder)))
 
 

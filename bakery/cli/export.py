@@ -32,10 +32,12 @@ def export(bundle, name, output, side, curves, overwrite):
 
     A folder must be new or empty.
     """
+    from bakery.export.bundle import read_manifest
     from bakery.export.glb_take import with_take
     from bakery.export.open import open_avatar
     from bakery.formats.files import write_bytes
     from bakery.formats.livelink import read_take
+    from bakery.formats.mark import of_manifest, stamp
     from bakery.plugins import plug_in
 
     exporter = plug_in("exporters", name)
@@ -53,6 +55,8 @@ def export(bundle, name, output, side, curves, overwrite):
         exporter.export(avatar, made, side)
         if take:
             write_bytes(made, with_take(made.read_bytes(), take))
+        if said := of_manifest(read_manifest(bundle)):
+            stamp(made, said)
         if output.is_dir():
             output.rmdir()  # empty: `may_fill` made sure of it
         os.replace(made, output)

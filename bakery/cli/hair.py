@@ -25,6 +25,7 @@ def hair(photo, fitted, output, overwrite, preset, settings, **request):
     from bakery.bake.fitting import own_head
     from bakery.errors import InputError
     from bakery.export.hair import write_hair
+    from bakery.formats.mark import IPTC, Mark, stamp
     from bakery.heads.file import load_head
     from bakery.plugins import plug_in
 
@@ -43,5 +44,7 @@ def hair(photo, fitted, output, overwrite, preset, settings, **request):
             f"{photo}: no hair that stands off the head by --hair {request['hair']}; "
             "give a portrait with hair, or --hair cards"
         )
-    write_hair(output, mesh, f"bakery {__version__}")
+    tool = f"bakery {__version__}"
+    write_hair(output, mesh, tool)
+    stamp(output, Mark(IPTC + "compositeSynthetic", tool, seen.photo.sha256))
     options.wrote(output)

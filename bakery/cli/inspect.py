@@ -15,14 +15,34 @@ bundle = click.argument("bundle", type=click.Path(path_type=Path))
 @bundle
 @options.as_json
 def inspect(bundle, as_json):
-    """Say what BUNDLE holds.
+    """Say what BUNDLE holds; of a single file, the mark that it carries.
+
+    A mark says that a picture, mesh, film or page is synthetic, by which program, and from which
+    portrait: by the SHA-256 of its file. A file without one says `none`.
 
     \b
     bakery inspect portrait.avatar
     bakery inspect portrait.avatar --json | jq .warnings
+    bakery inspect laugh.png
     """
     from bakery.export.bundle import read_manifest, summary
+    from bakery.formats.mark import found
 
+    if bundle.is_file():
+        mark = found(bundle)
+        table = {
+            "file": bundle.name,
+            "source type": mark.source_type if mark else "none",
+            "made by": mark.tool if mark else "",
+            "made from": mark.photo if mark else "",
+        }
+        if as_json:
+            click.echo(json.dumps(table, indent=2))
+            return
+        for name, value in table.items():
+            if value:
+                click.echo(f"{name:<12}{value}")
+        return
     manifest = read_manifest(bundle)
     if as_json:
         click.echo(json.dumps(summary(bundle, manifest), indent=2))

@@ -66,8 +66,10 @@ def render(bundle, output, mask, turntable, overwrite, **wanted):
     A light stays where it is when --view goes round the head. Each is as bright as `neutral`, over
     all directions; its file may say by how many stops (exposure) it is more.
     """
+    from bakery.export.bundle import read_manifest
     from bakery.export.open import open_avatar
     from bakery.formats.image import write_image
+    from bakery.formats.mark import of_manifest, stamp
     from bakery.show import frame as frames
 
     scene = frames.output_scene(output, frames.Scene(**frames.parse(**wanted)))
@@ -82,12 +84,13 @@ def render(bundle, output, mask, turntable, overwrite, **wanted):
     for _, place, covered in scenes:
         options.may_write(place, overwrite, inputs=[covered] if covered else [])
         options.may_write(covered, overwrite)
-    avatar = open_avatar(bundle)
+    avatar, said = open_avatar(bundle), of_manifest(read_manifest(bundle))
     with options.progress() as progress:
         for done, (scene, place, covered) in enumerate(scenes):
             progress("render", done, len(scenes))
             picture, face = frames.draw_scene(avatar, scene)
             frames.write(place, picture)
+            stamp(place, said)
             if covered is not None:
                 write_image(covered, face)
     options.wrote(*(place for _, place, _ in scenes[:1]))
@@ -106,10 +109,13 @@ def recover(bundle, expressions, output, overwrite):
     \b
     bakery recover portrait.avatar jawOpen mouthSmileLeft -o facs.exr
     """
+    from bakery.export.bundle import read_manifest
     from bakery.export.open import open_avatar
     from bakery.formats.exr import write_exr
+    from bakery.formats.mark import of_manifest, stamp
     from bakery.show import frame as frames
 
     options.may_write(output, overwrite, endings=(".exr",))
     write_exr(output, frames.recover(open_avatar(bundle), expressions))
+    stamp(output, of_manifest(read_manifest(bundle)))
     options.wrote(output)

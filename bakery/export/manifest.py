@@ -13,6 +13,7 @@ from bakery.export.materials import RELIEF
 from bakery.export.schema import VERSION
 from bakery.export.tangents import with_tangents
 from bakery.formats import record
+from bakery.formats.mark import IPTC
 from bakery.heads.base import CARDS, HeadModel
 from bakery.types import EXPRESSIONS, Fit, Maker, Photo, Textures
 
@@ -25,7 +26,6 @@ ALBEDO = {
         "layout": "RGB on the same atlas: share of white light that comes back; fit/light is the photo's",
     }
 }
-IPTC = "http://cv.iptc.org/newscodes/digitalsourcetype/"
 
 
 def levels_of_detail(head, neutral, mixes=(), ratios=RATIOS, lit=False):

@@ -8,10 +8,10 @@ from typing import Any
 from bakery.errors import InputError
 from bakery.export.lit import lit_pictures
 from bakery.export.lod import head_surfaces
-from bakery.export.manifest import IPTC
 from bakery.export.rig import Rig
 from bakery.export.skeleton import BONES, head_joints, head_weights
 from bakery.exporters.glb import MAKER, pictures
+from bakery.formats.mark import IPTC
 from bakery.runtime.avatar import Avatar
 from bakery.types import EXPRESSIONS
 

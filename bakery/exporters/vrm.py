@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from bakery.export.lod import head_surfaces
-from bakery.export.manifest import IPTC
 from bakery.export.vrm import write_vrm
 from bakery.exporters.glb import MAKER, QUALITY, pictures
 from bakery.formats import image
+from bakery.formats.mark import IPTC
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.contact_sheet import portraits
 from bakery.types import EXPRESSIONS

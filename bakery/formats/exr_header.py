@@ -67,8 +67,8 @@ def parse_header(path, data: bytes) -> tuple[list[PartHeader], int, bool]:
             raise _Damaged("not a file of scan lines")
         parts, at = [], 8
         while not parts or (multi and data[at]):
-            attributes, at = _attributes(data, at)
-            parts.append(_part(attributes, multi))
+            read, at = attributes(data, at)
+            parts.append(_part(read, multi))
             if len(parts) > MOST_PARTS:
                 raise _Damaged(f"more than {MOST_PARTS} parts")
         _check_size(parts)
@@ -78,8 +78,8 @@ def parse_header(path, data: bytes) -> tuple[list[PartHeader], int, bool]:
         raise BundleError(f"{path}: {reason}; make the bundle again") from None
 
 
-def _attributes(data, at):
-    """The attributes of one header, name -> (type, bytes), and where they end."""
+def attributes(data, at):
+    """The attributes of the header at a place, name -> (type, bytes), and where it ends."""
     found = {}
     while data[at]:
         name, at = _text(data, at)

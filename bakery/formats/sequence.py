@@ -1,8 +1,6 @@
 """Films as numbered PNG files, frame.00000.png and so on, as compositing programs read them."""
 
 import re
-import struct
-import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,11 +8,11 @@ import numpy as np
 
 from bakery.errors import InputError
 from bakery.formats.image import encode_image
+from bakery.formats.mark import PNG_HEADER, text_chunk
 from bakery.formats.video import ALPHA, KINDS, Note
 
 NAME = "frame.%05d.png"  # in a folder that is given without a pattern
 NUMBER = re.compile(r"%0?(\d?)d|(#+)")
-HEADER = 33  # bytes of a PNG before the first chunk that may be text
 
 
 @dataclass(frozen=True)
@@ -89,11 +87,5 @@ def png(picture: np.ndarray, note: Note) -> bytes:
         picture: [H, W, 3] or [H, W, 4] uint8 sRGB, colour not multiplied by alpha.
     """
     data = encode_image(picture, ".png")
-    texts = _text("Comment", note.text) + _text("XML:com.adobe.xmp", note.xmp())
-    return data[:HEADER] + texts + data[HEADER:]
-
-
-def _text(keyword, text):
-    """An iTXt chunk, not packed."""
-    body = b"iTXt" + keyword.encode() + bytes(5) + text.encode()
-    return struct.pack(">I", len(body) - 4) + body + struct.pack(">I", zlib.crc32(body))
+    texts = text_chunk("Comment", note.text) + text_chunk("XML:com.adobe.xmp", note.xmp())
+    return data[:PNG_HEADER] + texts + data[PNG_HEADER:]

@@ -13,13 +13,12 @@ import os
 import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
-from xml.sax.saxutils import escape
 
 import cv2
 import numpy as np
 
 from bakery.errors import InputError
-from bakery.formats import mp4, pyav, webm
+from bakery.formats import mark, mp4, pyav, webm
 from bakery.formats.files import replacing
 
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # FFmpeg prints on stderr by itself
@@ -31,15 +30,6 @@ BRANDS = {".mp4": b"isom", ALPHA: b"qt  "}  # what the first bytes of a file say
 # OpenCV's change to YUV cuts off instead of rounding: grey 118 came back as (115, 117, 114).
 LIFT = (1.0, 0.0, 1.0, 0.0)
 INSTEAD = "write to the other kind, drop --sound, or pip install 'bakery[video]', which converts it"
-SOURCE_TYPE = "Iptc4xmpExt:DigitalSourceType"
-XMP = """<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>
-<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">
-<rdf:Description rdf:about="" xmlns:Iptc4xmpExt="http://iptc.org/std/Iptc4xmpExt/2008-02-29/"
- xmlns:dc="http://purl.org/dc/elements/1.1/">
-<Iptc4xmpExt:DigitalSourceType>{source}</Iptc4xmpExt:DigitalSourceType>
-<dc:description><rdf:Alt><rdf:li xml:lang="x-default">{note}</rdf:li></rdf:Alt></dc:description>
-</rdf:Description></rdf:RDF></x:xmpmeta>
-<?xpacket end="r"?>"""
 
 
 @dataclass(frozen=True)
@@ -51,7 +41,7 @@ class Note:
 
     def xmp(self) -> str:
         """The same as an XMP packet."""
-        return XMP.format(source=escape(self.source_type), note=escape(self.text))
+        return mark.packet({mark.SOURCE: self.source_type}, self.text)
 
 
 @contextlib.contextmanager
@@ -278,5 +268,5 @@ def _join_webm(file, parts, rate, size, note, sound, start):
         sound = replace(
             sound, seconds=sound.seconds[heard] - start, places=places, sync=sound.sync[heard]
         )
-    tags = {"COMMENT": note.text, SOURCE_TYPE: note.source_type}
+    tags = {"COMMENT": note.text, mark.SOURCE: note.source_type}
     webm.write_webm(file, video, sound, size, seconds, tags)

@@ -16,7 +16,7 @@ from bakery.errors import BundleError, ModelError
 from bakery.export import bundle
 from bakery.export.validate import problems
 from bakery.export.web import files as web
-from bakery.formats import record
+from bakery.formats import mark, record
 from bakery.formats.light import KIND, read_light
 from bakery.paths import ASSETS
 
@@ -61,7 +61,9 @@ def page(folder, watch=None, derive=None, live=False):
         "script": script,
         "data": "\n".join(_data(description, about, files)),
     }
-    return _filled(asset("page.html"), pieces).encode()
+    text = _filled(asset("page.html"), pieces)
+    said = mark.of_manifest(manifest)
+    return text.replace("<title>", mark.page_head(said) + "\n<title>", 1).encode()
 
 
 def _checked(folder, derive):

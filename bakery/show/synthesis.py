@@ -11,8 +11,8 @@ from bakery import __version__
 from bakery.bake.faces import landmarks_file, one_face
 from bakery.bake.subject import FittedSubject
 from bakery.errors import InputError
-from bakery.export.manifest import IPTC
 from bakery.formats import video
+from bakery.formats.mark import IPTC
 from bakery.generators.channels import NONE, face_mask
 from bakery.generators.shade import is_part
 from bakery.generators.steady import SteadyGenerator

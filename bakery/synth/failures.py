@@ -10,6 +10,7 @@ import numpy as np
 
 from bakery.errors import InputError
 from bakery.formats.image import write_image
+from bakery.formats.mark import PAINTED, stamp
 from bakery.geometry.camera import project
 from bakery.heads.base import look, weights
 from bakery.synth import props
@@ -213,4 +214,5 @@ def write(head, folder, names=None, quality=93):
     folder.mkdir(parents=True, exist_ok=True)
     for name in wanted:
         write_image(folder / f"{name}.jpg", paint_case(head, name), quality)
+        stamp(folder / f"{name}.jpg", PAINTED)
         yield folder / f"{name}.jpg"
