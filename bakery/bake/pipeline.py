@@ -30,6 +30,7 @@ from bakery.bake.targets import read_targets
 from bakery.bake.textures import paint
 from bakery.bake.views import PhotoView
 from bakery.errors import InputError
+from bakery.export.consent import Consent
 from bakery.export.manifest import Baked
 from bakery.formats import image, record
 from bakery.formats.files import digest, digest_file, read_bytes
@@ -70,6 +71,7 @@ class Request:
     overwrite: bool = False
     work: Path | None = None
     others: tuple[Path, ...] = ()  # further photos of the same person
+    consent: Consent | None = None  # of the person shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -304,6 +306,7 @@ def _bundle(
         textures.maker,
         seen.landmarks.maker,
         _recipe(request, [seen, *seen.views], head, textures.maker),
+        request.consent,
     )
     write_bundle(
         request.output, baked, request.options.bundle, request.keep_photo, request.overwrite
@@ -352,6 +355,7 @@ def _recipe(
         asdict(request.options),
         made_by(request.options.segment),
         request.keep_photo,
+        asdict(request.consent) if request.consent else None,
     )
 
 

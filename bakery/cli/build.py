@@ -27,6 +27,10 @@ OTHERS = (".glb", ".gltf", ".json", ".zip", ".exr", ".npz", ".png", ".jpg", ".jp
 @click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
 @click.option("--keep-photo", is_flag=True, help="Keep the portrait in the bundle.")
 @click.option(
+    "--consent", metavar="TEXT|FILE",
+    help="What the person shown agreed to; it goes into the manifest, with its SHA-256.",
+)  # fmt: skip
+@click.option(
     "--skip-fresh",
     is_flag=True,
     help="Leave a bundle that would come out the same (as always of several photos).",
@@ -74,6 +78,7 @@ def build(
     from bakery.bake import batch, pipeline
     from bakery.bake.estimate import plan
     from bakery.bake.targets import read_targets
+    from bakery.export.consent import read_consent
 
     if output is not None and not folder and Path(output).suffix.lower() in OTHERS:
         raise click.UsageError(
@@ -90,6 +95,8 @@ def build(
         else [(found[0], Path(output))]
     )
     chosen = options.build_options(preset, settings)
+    if request["consent"] is not None:
+        request["consent"] = read_consent(request["consent"])
     common = pipeline.Request(*places[0], options=chosen, **request)
     asked = batch.requests_of(places, common)
     if not several:

@@ -258,6 +258,7 @@ def summary(folder, manifest):
         "head": manifest["head"]["name"],
         "generator": manifest["provenance"]["generator"],
         "source type": manifest["provenance"]["digitalSourceType"].rsplit("/", 1)[-1],
+        "consent": manifest["provenance"].get("consent", {}).get("statement", "none"),
         "keys": [key["name"] for key in manifest["keys"]],
         "gaze": len(manifest["gaze"]["parts"]),
         "mouths": len(manifest["mouths"]["landmarks"]),

@@ -7,6 +7,7 @@ import numpy as np
 from bakery import __version__
 from bakery.export import bundle as bundles
 from bakery.export import hair_mesh, layout
+from bakery.export.consent import Consent
 from bakery.export.glb import EYES, EYES_NODE, HAIR_NODE, HEAD_NODE
 from bakery.export.lod import COARSE, RATIOS, coarser, head_surfaces
 from bakery.export.materials import RELIEF
@@ -112,6 +113,7 @@ class Baked:
     generator: Maker  # of the textures
     detector: Maker  # of the landmarks
     recipe: str = ""  # SHA-256 over all that the bundle depends on; "" if unknown
+    consent: Consent | None = None  # of the person shown, if it was given
 
 
 def manifest(baked: Baked, exported: list[dict], listed: list[dict]) -> dict:
@@ -180,6 +182,7 @@ def _provenance(baked):
         "models": {"generator": _model(baked.generator), "detector": _model(baked.detector)},
         **({"recipe": baked.recipe} if baked.recipe else {}),
         "digitalSourceType": IPTC + baked.generator.source_type,
+        **({"consent": vars(baked.consent)} if baked.consent else {}),
         "licences": {
             "bakery": "Apache-2.0",
             f"head model {baked.head.name}": baked.head.licence,

@@ -20,7 +20,7 @@ from pathlib import Path
 from xml.sax.saxutils import escape, unescape
 
 from bakery import __version__
-from bakery.errors import BundleError, InputError
+from bakery.errors import BakeryError, InputError
 from bakery.formats import glb
 from bakery.formats.exr_header import MAGIC, MULTI_PART, attributes
 from bakery.formats.files import read_bytes, write_bytes
@@ -214,15 +214,7 @@ def found(path: str | Path) -> Mark | None:
     data = read_bytes(path, first=MOST)
     try:
         said = _said(data)
-    except (
-        BundleError,
-        InputError,
-        ValueError,
-        KeyError,
-        IndexError,
-        struct.error,
-        AttributeError,
-    ):
+    except (BakeryError, LookupError, TypeError, ValueError, struct.error, AttributeError):
         raise InputError(f"{os.fspath(path)}: damaged; make it again") from None
     if SOURCE not in said:
         return None
@@ -240,7 +232,7 @@ def _said(data: bytes) -> dict[str, str]:
         mark = of_manifest(json.loads(data))
         return mark.properties() if mark else {}
     if data[:4] == b"\x1aE\xdf\xa3":  # Matroska: the value stands behind the tag's name
-        here = re.search(SOURCE.encode() + rb"\x44\x87[\x80-\xff]+?(http[!-~]+)", data)
+        here = re.search(SOURCE.encode() + rb"\x44\x87.{1,8}?(http[:/.\w]+)", data, re.S)
         return {SOURCE: here[1].decode()} if here else {}
     if data.lstrip()[:9].lower() == b"<!doctype":
         here = re.search(rb'<script type="application/ld\+json">(.*?)</script>', data)
