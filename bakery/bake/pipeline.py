@@ -297,17 +297,10 @@ def _bundle(
     request: Request, seen: Portrait, head: HeadModel, textures: Textures, masks: np.ndarray
 ) -> None:
     baked = Baked(
-        seen.photo,
-        seen.fit,
-        head,
-        textures,
-        masks,
-        seen.findings,
-        textures.maker,
-        seen.landmarks.maker,
-        _recipe(request, [seen, *seen.views], head, textures.maker),
+        seen.photo, seen.fit, head, textures, masks, seen.findings, textures.maker,
+        seen.landmarks.maker, _recipe(request, [seen, *seen.views], head, textures.maker),
         request.consent,
-    )
+    )  # fmt: skip
     write_bundle(
         request.output, baked, request.options.bundle, request.keep_photo, request.overwrite
     )

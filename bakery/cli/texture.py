@@ -78,7 +78,7 @@ def albedo(photo, fitted, output, overwrite, preset, settings, **request):
         view = PhotoView(seen.photo, seen.landmarks, seen.fit, seen.segmentation)
         found, _ = neutral_albedo([view], head, hair, chosen.texture)
     write_exr(output, {"albedo": found})
-    source = IPTC + "compositeSynthetic"
+    source = IPTC + "compositeWithTrainedAlgorithmicMedia"  # its basis was learned
     stamp(output, Mark(source, f"bakery {__version__}", seen.photo.sha256))
     options.wrote(output)
 
