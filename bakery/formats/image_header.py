@@ -35,6 +35,7 @@ SAMPLES = {  # Pillow's mode -> what cannot be read as a photo
     "LAB": "L*a*b* colours",
     "HSV": "HSV colours",
 }
+EXIF_IN_PNG = (b"eXIf", b"Raw profile type exif", b"XML:com.adobe.xmp")  # one is there if EXIF is
 MOST_PAGES = 100  # of a TIFF that are counted
 SIGNATURES = (  # first bytes -> what it is, for the message
     (b"%PDF", "a PDF document"),
@@ -95,7 +96,7 @@ def read_header(name, data, smallest=SMALLEST):
             warnings.simplefilter("ignore")
             known = [name for name in OPENED if name != "HEIF" or name in Image.OPEN]  # an extra
             picture = Image.open(io.BytesIO(data), formats=known)
-            exif = _exif(picture)
+            exif = _exif(picture, data)
             several = _several(picture)
             raw = picture.format == "TIFF" and _is_raw(picture)
     except Image.DecompressionBombError:
@@ -197,8 +198,10 @@ def _refuse_other_formats(name, data):
             raise InputError(f"{name}: {what}; give a {READABLE} photo")
 
 
-def _exif(picture):
+def _exif(picture, data):
     """EXIF tags by number: the main directory and, in it, the camera's."""
+    if picture.format == "PNG" and not any(mark in data for mark in EXIF_IN_PNG):
+        return {}  # Pillow would decode all pixels to look behind them
     try:
         exif = picture.getexif()
         return dict(exif) | dict(exif.get_ifd(ExifTags.IFD.Exif))
