@@ -5,7 +5,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from bakery import __version__
 from bakery.bake.fitting import own_head
 from bakery.bake.options import BundleOptions
 from bakery.export import bundle as bundles
@@ -66,8 +65,7 @@ def write_bundle(
             photo,
         ]
         said = list(side_by_side(operator.call, jobs))
-        source = mark.IPTC + baked.generator.source_type
-        mark.stamp(folder, mark.Mark(source, f"bakery {__version__}", baked.photo.sha256))
+        mark.stamp(folder, mark.of_ours(baked.generator.source_type, baked.photo.sha256))
         bundles.write_manifest(folder, manifest(baked, said, bundles.list_files(folder)))
 
 

@@ -57,11 +57,10 @@ def generate(
     bakery generate portrait.jpg --yaw 30 --gaze 10,-5 -o turned.png
     bakery generate portrait.jpg --curves take.csv -o talking.mp4
     """
-    from bakery import __version__
     from bakery.formats.files import digest_file
     from bakery.formats.image import write_image
     from bakery.formats.livelink import read_take
-    from bakery.formats.mark import IPTC, Mark, stamp
+    from bakery.formats.mark import of_ours, stamp
     from bakery.formats.video import kind_of
     from bakery.motion.animate import parse_frames
     from bakery.plugins import plug_in
@@ -91,8 +90,7 @@ def generate(
     fitted = synthesis.fit_subject(photo, head, chosen, **wanted)
     picture, face = synthesis.paint(fitted, target, painter, hair)
     write_image(output, picture)
-    made_from = digest_file(photo)
-    stamp(output, Mark(IPTC + painter.source_type, f"bakery {__version__}", made_from))
+    stamp(output, of_ours(painter.source_type, digest_file(photo)))
     if mask is not None:
         write_image(mask, face)
     options.wrote(output, mask)

@@ -25,7 +25,7 @@ def hair(photo, fitted, output, overwrite, preset, settings, **request):
     from bakery.bake.fitting import own_head
     from bakery.errors import InputError
     from bakery.export.hair import write_hair
-    from bakery.formats.mark import IPTC, Mark, stamp
+    from bakery.formats.mark import of_ours, stamp
     from bakery.heads.file import load_head
     from bakery.plugins import plug_in
 
@@ -44,7 +44,6 @@ def hair(photo, fitted, output, overwrite, preset, settings, **request):
             f"{photo}: no hair that stands off the head by --hair {request['hair']}; "
             "give a portrait with hair, or --hair cards"
         )
-    tool = f"bakery {__version__}"
-    write_hair(output, mesh, tool)
-    stamp(output, Mark(IPTC + "compositeSynthetic", tool, seen.photo.sha256))
+    write_hair(output, mesh, f"bakery {__version__}")
+    stamp(output, of_ours("compositeSynthetic", seen.photo.sha256))
     options.wrote(output)

@@ -58,12 +58,11 @@ def albedo(photo, fitted, output, overwrite, preset, settings, **request):
     bakery albedo portrait.jpg -o albedo.exr
     """
     options.may_write(output, overwrite, endings=(".exr",))
-    from bakery import __version__
     from bakery.bake import pipeline
     from bakery.bake.textures import neutral_albedo
     from bakery.bake.views import PhotoView
     from bakery.formats.exr import write_exr
-    from bakery.formats.mark import IPTC, Mark, stamp
+    from bakery.formats.mark import of_ours, stamp
     from bakery.heads.file import load_head
     from bakery.plugins import plug_in
 
@@ -78,8 +77,8 @@ def albedo(photo, fitted, output, overwrite, preset, settings, **request):
         view = PhotoView(seen.photo, seen.landmarks, seen.fit, seen.segmentation)
         found, _ = neutral_albedo([view], head, hair, chosen.texture)
     write_exr(output, {"albedo": found})
-    source = IPTC + "compositeWithTrainedAlgorithmicMedia"  # its basis was learned
-    stamp(output, Mark(source, f"bakery {__version__}", seen.photo.sha256))
+    # Its basis was learned.
+    stamp(output, of_ours("compositeWithTrainedAlgorithmicMedia", seen.photo.sha256))
     options.wrote(output)
 
 

@@ -41,7 +41,7 @@ PACKET = """<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>
 NOTE = (
     '<dc:description><rdf:Alt><rdf:li xml:lang="x-default">{}</rdf:li></rdf:Alt></dc:description>'
 )
-PNG, PNG_HEADER = b"\x89PNG\r\n\x1a\n", 33  # bytes of a PNG before the first chunk that may be text
+PNG_HEADER, PNG_XMP = 33, "XML:com.adobe.xmp"  # bytes before the first text; keyword of XMP
 JPEG_XMP = b"http://ns.adobe.com/xap/1.0/\0"
 WEBP_XMP = 0x04  # flag of the chunk VP8X
 EXTENSION = "KHR_xmp_json_ld"
@@ -65,7 +65,16 @@ class Mark:
         return {name: value for name, value in every.items() if value}
 
 
-PAINTED = Mark(IPTC + "algorithmicMedia", f"bakery {__version__}")  # people who do not exist
+def of_ours(source_type: str, photo: str = "") -> Mark:
+    """The Mark of what this version makes.
+
+    Args:
+        source_type: name of an IPTC digital source type; photo: SHA-256 of the portrait.
+    """
+    return Mark(IPTC + source_type, f"bakery {__version__}", photo)
+
+
+PAINTED = of_ours("algorithmicMedia")  # people who do not exist
 
 
 def of_manifest(table: dict) -> Mark | None:
@@ -87,10 +96,13 @@ def packet(properties: dict[str, str], note: str = "") -> str:
     return PACKET.format(spaces=spaces, body="\n".join(lines))
 
 
-def text_chunk(keyword: str, text: str) -> bytes:
-    """A PNG chunk iTXt, not packed."""
-    body = b"iTXt" + keyword.encode() + bytes(5) + text.encode()
-    return struct.pack(">I", len(body) - 4) + body + struct.pack(">I", zlib.crc32(body))
+def with_texts(data: bytes, texts: dict[str, str]) -> bytes:
+    """A PNG with texts by keyword in it: chunks iTXt, not packed."""
+    chunks = b""
+    for keyword, text in texts.items():
+        body = b"iTXt" + keyword.encode() + bytes(5) + text.encode()
+        chunks += struct.pack(">I", len(body) - 4) + body + struct.pack(">I", zlib.crc32(body))
+    return data[:PNG_HEADER] + chunks + data[PNG_HEADER:]
 
 
 def stamped(kind: str, data: bytes, mark: Mark) -> bytes:
@@ -122,8 +134,7 @@ def page_head(mark: Mark) -> str:
 
 
 def _png(data: bytes, mark: Mark) -> bytes:
-    text = text_chunk("XML:com.adobe.xmp", packet(mark.properties()))
-    return data[:PNG_HEADER] + text + data[PNG_HEADER:]
+    return with_texts(data, {PNG_XMP: packet(mark.properties())})
 
 
 def _jpeg(data: bytes, mark: Mark) -> bytes:

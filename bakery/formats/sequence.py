@@ -8,7 +8,7 @@ import numpy as np
 
 from bakery.errors import InputError
 from bakery.formats.image import encode_image
-from bakery.formats.mark import PNG_HEADER, text_chunk
+from bakery.formats.mark import PNG_XMP, with_texts
 from bakery.formats.video import ALPHA, KINDS, Note
 
 NAME = "frame.%05d.png"  # in a folder that is given without a pattern
@@ -87,5 +87,4 @@ def png(picture: np.ndarray, note: Note) -> bytes:
         picture: [H, W, 3] or [H, W, 4] uint8 sRGB, colour not multiplied by alpha.
     """
     data = encode_image(picture, ".png")
-    texts = text_chunk("Comment", note.text) + text_chunk("XML:com.adobe.xmp", note.xmp())
-    return data[:PNG_HEADER] + texts + data[PNG_HEADER:]
+    return with_texts(data, {"Comment": note.text, PNG_XMP: note.xmp()})

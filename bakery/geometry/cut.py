@@ -11,6 +11,7 @@ References:
 import numba
 import numpy as np
 
+SURELY = 1 << 40  # capacity that is never cut
 FREE, TERMINAL, ORPHAN = -1, -2, -3  # in place of a parent
 SOURCE, SINK = 1, 2  # trees
 FAR = 1 << 60

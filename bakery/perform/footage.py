@@ -18,12 +18,8 @@ from bakery.motion.gaps import gaps_of
 from bakery.motion.track import steady
 from bakery.perform.patch import Patch
 from bakery.perform.performance import Performance, Shot
-from bakery.perform.transfer import Frames, resting_frames
+from bakery.perform.transfer import Frames, light_in, resting_frames
 from bakery.runtime.avatar import Avatar
-from bakery.stages.fit import FitOptions, landmark_model
-from bakery.stages.fit.albedo import load_albedo
-from bakery.stages.fit.landmarks import Shape
-from bakery.stages.fit.photometric import light_of
 from bakery.stages.segment import (
     BACKGROUND,
     BROWS,
@@ -38,7 +34,7 @@ from bakery.stages.segment import (
     SegmentOptions,
     segment,
 )
-from bakery.types import Camera, Photo
+from bakery.types import Camera
 
 BEFORE = (
     BACKGROUND,
@@ -132,17 +128,12 @@ class Footage:
         if fits is None or not fits.found.any():
             return None
         resting = resting_frames(fits, LIT).tolist()
-        fit = fits.fit(resting[0], head)
-        own, neutral = own_head(head, fit)
-        frames, options, lights = Frames(self.reopen), FitOptions(), []
-        for number in resting:
-            fit = fits.fit(number, head)
-            photo = Photo(np.float32(frames.picture(shot.first + number)) / 255, "")
-            lights.append(light_of(
-                head, landmark_model(head, options.modes), fit.camera,
-                Shape(fit.identity, fit.expression), photo, fit.landmarks_projected, load_albedo(),
-                options,
-            ))  # fmt: skip
+        own, neutral = own_head(head, fits.fit(resting[0], head))
+        frames = Frames(self.reopen)
+        lights = [
+            light_in(fits.fit(number, head), head, frames.picture(shot.first + number))
+            for number in resting
+        ]
         rotation, translation = _steady_poses(fits, own, neutral)
         return Standing(
             shot, fits, own, neutral, rotation, translation,

@@ -17,7 +17,7 @@ import numpy as np
 from bakery.errors import InputError
 from bakery.geometry import camera as cameras
 from bakery.geometry import harmonics, rotation
-from bakery.geometry.color import to_encoded, to_linear
+from bakery.geometry.color import to_bytes, to_encoded, to_linear
 from bakery.geometry.fill import diffuse, enclosed, soft_limit
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
@@ -276,7 +276,7 @@ class Replacement:
         inside = ((pixels >= 1) & (pixels <= np.array(self.size) - 1)).all(1)
         sight = ((normals * toward).sum(1) > FACING) & known & inside
         return Drawn(
-            box, _bytes(color), _bytes(alpha * shown), (pixels - low).astype(np.float32),
+            box, to_bytes(color), to_bytes(alpha * shown), (pixels - low).astype(np.float32),
             depth.astype(np.float32), self._lit(normals, standing.light, sight), sight,
             bilinear(features, pixels - low) > 0.25,
         )  # fmt: skip
@@ -327,7 +327,7 @@ def laid(picture: np.ndarray, drawn: Drawn, values: np.ndarray, patch: Patch) ->
     face = to_encoded(np.clip(to_linear(drawn.color / np.float32(255)) * gains, 0, 1))
     out = picture.copy()
     under = np.float32(picture[drawn.box]) / 255
-    out[drawn.box] = _bytes(under + share[..., None] * (face - under))
+    out[drawn.box] = to_bytes(under + share[..., None] * (face - under))
     return out
 
 
@@ -367,7 +367,3 @@ def _smooth(values):
     for offset, weight in enumerate(kernel / kernel.sum()):
         out += np.float32(weight) * padded[offset : offset + len(flat)]
     return out.reshape(values.shape)
-
-
-def _bytes(picture):
-    return (np.clip(picture, 0, 1) * 255 + 0.5).astype(np.uint8)

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bakery.geometry.cut import minimum_cut
+from bakery.geometry.cut import SURELY, minimum_cut
 from bakery.perform.patch import Patch
 
 UNIT = 1000  # of the cut's whole numbers, for a difference of 1 in sRGB
-SURELY = 1 << 40  # capacity that is never cut
 LEAST = 0.02  # sRGB-encoded: what changes by less in time stays as it is
 LAMBDA = 0.004  # of equation 10
 MATCH = 1.0  # of the difference of both pictures at both ends (Kwatra), beside equation 9

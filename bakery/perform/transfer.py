@@ -45,7 +45,7 @@ from bakery.stages.texture.expression import (
     read_texture,
     skin_window,
 )
-from bakery.types import EXPRESSIONS, Photo
+from bakery.types import EXPRESSIONS, Fit, Photo
 
 OPEN = 6  # frames of a shot whose mouths say how light and red the performer's are
 RESTS = 5  # frames of a shot that say how the performer rests
@@ -116,6 +116,16 @@ def open_frames(fits: ClipFit, count: int = OPEN) -> np.ndarray:
     return np.sort(order[np.unique(np.linspace(0, len(order) - 1, count).astype(int))])
 
 
+def light_in(fit: Fit, head: HeadModel, picture: np.ndarray) -> np.ndarray:
+    """The light [9, 3], camera space, of a frame [H, W, 3] uint8 whose face has this fit."""
+    options, photo = FitOptions(), Photo(np.float32(picture) / 255, "")
+    found: np.ndarray = light_of(
+        head, landmark_model(head, options.modes), fit.camera, Shape(fit.identity, fit.expression),
+        photo, fit.landmarks_projected, load_albedo(), options,
+    )  # fmt: skip
+    return found
+
+
 def performer_of(shot: Shot, head: HeadModel, frames: Frames) -> Performer | None:
     """The Performer of a shot; None where no face is seen.
 
@@ -129,12 +139,7 @@ def performer_of(shot: Shot, head: HeadModel, frames: Frames) -> Performer | Non
     pictures = {n: frames.picture(shot.first + n) for n in sorted({*resting, *talking})}
     fit = fits.fit(resting[0], head)
     own, neutral = own_head(head, fit)
-    options = FitOptions()
-    photo = Photo(np.float32(pictures[resting[0]]) / 255, "")
-    light = light_of(
-        head, landmark_model(head, options.modes), fit.camera, Shape(fit.identity, fit.expression),
-        photo, fit.landmarks_projected, load_albedo(), options,
-    )  # fmt: skip
+    light = light_in(fit, head, pictures[resting[0]])
     seen = {n: _read(own, neutral, fits, n, picture, light)[0] for n, picture in pictures.items()}
     sure = cv2.erode(fits.found.astype(np.float32), np.ones((3, 1)))
     sure = np.minimum(sure, cv2.GaussianBlur(sure, (1, 0), sigmaX=0, sigmaY=BRIDGE)).ravel()

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from bakery.geometry.cut import SURELY, minimum_cut
 from bakery.geometry.mesh import boundary_loops, face_normals
 from bakery.geometry.raster import rasterize
 from bakery.heads.embed import skin_rims
@@ -138,9 +139,6 @@ def _neighbours(faces):
 
 def _cut(vertices, faces, adjacent, line, behind, near):
     """Which faces [F] lie on the inner side of the cheapest closed cut near a line."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import breadth_first_order, maximum_flow
-
     pairs, edges = adjacent
     number = np.full(len(faces), -1)
     local = np.flatnonzero(near)
@@ -151,21 +149,9 @@ def _cut(vertices, faces, adjacent, line, behind, near):
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     off = _distance(ends.mean(1), line)
     price = np.maximum(np.round(1000 * length * (ALONG + (off / 2.0) ** 2)), 1)
-    N = len(local)
-    source, sink = N, N + 1
-    one, two = np.flatnonzero(behind[local] > 0), np.flatnonzero(behind[local] < 0)
-    most = 10**8
-    rows = np.concatenate([a, b, np.full(len(one), source), two])
-    columns = np.concatenate([b, a, one, np.full(len(two), sink)])
-    values = np.concatenate([price, price, np.full(len(one) + len(two), most)])
-    graph = coo_matrix((values.astype(np.int32), (rows, columns)), (N + 2, N + 2)).tocsr()
-    flow = maximum_flow(graph, source, sink).flow
-    left = graph - flow
-    left.data = np.maximum(left.data, 0)
-    left.eliminate_zeros()
-    reached = breadth_first_order(left, source, return_predecessors=False)
+    settled = SURELY * np.stack([behind[local] > 0, behind[local] < 0])
     out = np.zeros(len(faces), bool)
-    out[local[reached[reached < N]]] = True
+    out[local] = minimum_cut(np.stack([a, b], 1), price.astype(np.int64), *settled)
     return out
 
 

@@ -61,11 +61,10 @@ def make_hair(
     if thick < CROPPED or (thick < STUBBLE and not long and _like_skin(portrait)):
         return None
     curly = curliness(portrait, angle, sure)
-    curls = take_curls(portrait) if curly > 0 else None
+    curls = take_curls(portrait, curly) if curly > 0 else None
     longest = (LONGEST + curly * (CURLED - LONGEST)) if long else SHORT
     wisps = grow(shell, ways, CARDS, WIDTH, longest)
-    painter = atlases.Painter(portrait, shell, ways, curls, curly if curls else 0.0)
-    return _assembled(painter, wisps, chin, size)
+    return _assembled(atlases.Painter(portrait, shell, ways, curls), wisps, chin, size)
 
 
 def _like_skin(portrait: Portrait) -> bool:
@@ -93,7 +92,7 @@ def _assembled(painter, wisps, chin, size):
     wisps = Wisps(
         *(getattr(wisps, name)[order] for name in ("points", "cells", "width", "length", "layer"))
     )
-    wider = 1 + FULLER * painter.curly
+    wider = 1 + FULLER * (painter.curls.share if painter.curls else 0.0)
     edges, cells = meshes.ribbons(shell, wisps, wider)
     wide, _ = meshes.ribbons(shell, wisps, WIDER * wider)
     spread = np.linspace(0, max(len(rank) - 1, 0), min(COARSE, max(room[2], 0), len(rank))).astype(

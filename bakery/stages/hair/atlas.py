@@ -95,16 +95,14 @@ class Painter:
         shell: Shell,
         flow: np.ndarray,
         curls: Curls | None = None,
-        curly: float = 0.0,
     ) -> None:
         """
         Args:
             flow: [ROWS, COLUMNS, 3] from root to tip.
             curls: None is straight hair.
-            curly: 0..1, how far hair is made of them.
         """
         self.portrait, self.shell, self.flow = portrait, shell, flow
-        self.curls, self.curly = curls, curly
+        self.curls = curls
         self.nearest = self._nearest()
         self.normals = charts.smooth(frame(shell)[:, :, 2], 5.0)
         self.tone = self._tone()
@@ -224,7 +222,7 @@ class Painter:
         light = self._light(cells)
         detail = STREAKS * self.energy * streak
         if curl is not None:
-            detail = detail + self.curly * (curl - detail)
+            detail = detail + self.curls.share * (curl - detail)
         level = light + (1 + light) * detail
         made = np.exp(tone + np.log(SHADE) + level[:, None])
         color = made + shown[:, None] * (picture - made)
@@ -287,7 +285,7 @@ def paint_cards(painter, layout, edges, cells, solid, length, texture, direction
     color, shown, left = painter.color(points, place, streak, curl)
     alpha = _strand_alpha(card, s, across, t, ragged, solid[card], length[card])
     if curl is not None:
-        alpha += painter.curly * (_curl_alpha(s, t, curl) - alpha)
+        alpha += painter.curls.share * (_curl_alpha(s, t, curl) - alpha)
     alpha *= left
     there = painter.shell.chart.take(painter.shell.there, place)
     alpha *= smoothstep(0.3, 0.7, there + 0.25 * (ragged - 0.5))

@@ -5,6 +5,7 @@ import numpy as np
 
 from bakery.geometry.color import LUMA
 from bakery.geometry.fill import normalized_blur, smoothstep
+from bakery.geometry.sample import bilinear
 from bakery.stages.hair.portrait import Portrait
 
 WIDE = 8.0  # mm over which straight hair runs one way
@@ -46,13 +47,14 @@ def _inner(portrait: Portrait) -> np.ndarray:
 class Curls:
     """Log brightness of curls at any place, from a tile put together of the photo's pieces."""
 
-    def __init__(self, tile: np.ndarray, scale: float) -> None:
+    def __init__(self, tile: np.ndarray, scale: float, share: float = 1.0) -> None:
         """
         Args:
             tile: [N, N] float32 log brightness around 0, its borders fit together.
             scale: pixels a millimetre.
+            share: 0..1, how far hair is made of them.
         """
-        self.tile, self.scale = tile, scale
+        self.tile, self.scale, self.share = tile, scale, share
 
     def at(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Log brightness [n] at points [n, 3] mm of a surface with normals [n, 3].
@@ -63,27 +65,18 @@ class Curls:
         # The square root keeps the contrast where two patterns mix.
         weight /= np.maximum(np.sqrt((weight**2).sum(-1, keepdims=True)), 1e-9)
         total = np.zeros(len(points))
-        side = len(self.tile)
+        padded = np.pad(self.tile, (0, 1), "wrap")
         for axis in range(3):
             flat = np.delete(points, axis, 1) * self.scale + 37.0 * axis
-            total += weight[:, axis] * _wrapped(self.tile, flat % side)
+            total += weight[:, axis] * bilinear(padded, flat % len(self.tile) + 0.5)
         return total
 
 
-def _wrapped(tile, pixels):
-    """Bilinear values [n] of a tile that repeats, at pixels [n, 2] within it."""
-    low = np.floor(pixels).astype(int)
-    f = pixels - low
-    side = len(tile)
-    x, y = low.T % side
-    right, below = (x + 1) % side, (y + 1) % side
-    above = tile[y, x] * (1 - f[:, 0]) + tile[y, right] * f[:, 0]
-    under = tile[below, x] * (1 - f[:, 0]) + tile[below, right] * f[:, 0]
-    return above * (1 - f[:, 1]) + under * f[:, 1]
-
-
-def take_curls(portrait: Portrait, seed: int = 5) -> Curls | None:
+def take_curls(portrait: Portrait, share: float = 1.0, seed: int = 5) -> Curls | None:
     """The photo's curls as a tile; None where it shows too little hair.
+
+    Args:
+        share: see Curls.
 
     References:
         Efros and Freeman, "Image quilting for texture synthesis and transfer", SIGGRAPH 2001: pieces
@@ -107,7 +100,7 @@ def take_curls(portrait: Portrait, seed: int = 5) -> Curls | None:
     tile = quilt(pieces, overlap, max(round(TILE * scale / (patch - overlap)), 2), rng)
     # Fading has taken contrast off.
     tile *= min(float(pieces.std()), MOST) / max(float(tile.std()), 1e-6)
-    return Curls(np.clip(tile, -3 * MOST, 3 * MOST), scale)
+    return Curls(np.clip(tile, -3 * MOST, 3 * MOST), scale, share)
 
 
 def quilt(pieces: np.ndarray, overlap: int, count: int, rng: np.random.Generator) -> np.ndarray:

@@ -178,11 +178,15 @@ def without_clothes(solid: np.ndarray, clothes: np.ndarray, scale: float) -> np.
         found[:, k] for k in (cv2.CC_STAT_TOP, cv2.CC_STAT_HEIGHT, cv2.CC_STAT_AREA)
     )
     main = 1 + int(area[1:].argmax())
+    worn = _on_clothes(number, count, clothes, scale) & (top >= top[main] + height[main])
+    return solid & ~worn[number]
+
+
+def _on_clothes(number, count, clothes, scale):
+    """Which patches [count] bool, by their numbers [H, W], touch clothes along ON_CLOTHES; not patch 0."""
     near = cv2.dilate(clothes.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     on = np.bincount(number[near], minlength=count)  # two pixels of a border are near
-    worn = (on > 2 * ON_CLOTHES * scale) & (top >= top[main] + height[main])
-    worn[0] = False
-    return solid & ~worn[number]
+    return (on > 2 * ON_CLOTHES * scale) & (np.arange(count) > 0)
 
 
 def without_cloth_colors(
@@ -203,14 +207,14 @@ def without_cloth_colors(
     chroma = normalized_blur(chroma, (solid | clothes).astype(np.float32), 1.5 * scale)
     core = cv2.erode(clothes.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(np.float32)
     off_hair = np.linalg.norm(chroma - np.median(chroma[solid], 0), axis=-1)
-    off_cloth = np.linalg.norm(chroma - diffuse(chroma, core), axis=-1)
     least, share = GAUDY
-    gaudy = solid & (off_hair > least) & (off_cloth < share * off_hair)
+    gaudy = solid & (off_hair > least)
+    if not gaudy.any():
+        return solid
+    off_cloth = np.linalg.norm(chroma - diffuse(chroma, core), axis=-1)
+    gaudy &= off_cloth < share * off_hair
     count, number = cv2.connectedComponents(gaudy.astype(np.uint8))
-    near = cv2.dilate(clothes.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-    on = np.bincount(number[near], minlength=count)  # two pixels of a border are near
-    worn = on > 2 * ON_CLOTHES * scale
-    worn[0] = False
+    worn = _on_clothes(number, count, clothes, scale)
     if not worn.any():
         return solid
     away = cv2.distanceTransform((~worn[number]).astype(np.uint8), cv2.DIST_L2, 3)
