@@ -37,7 +37,8 @@ def entries(command: click.Command, parent: click.Context, name: str) -> Iterato
 
 def reference() -> str:
     """The page; commands of plug-ins are not in it."""
-    root = bakery.context_class(bakery, info_name="bakery", terminal_width=WIDTH)
+    settings = bakery.context_settings | {"terminal_width": WIDTH}  # -h, as users have it
+    root = bakery.context_class(bakery, info_name="bakery", **settings)
     found = []
     for name in COMMANDS:
         command = bakery.get_command(root, name)
