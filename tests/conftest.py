@@ -1,6 +1,7 @@
 """Fixtures that every part's tests share."""
 
 import contextlib
+import gc
 import io
 import logging
 import os
@@ -57,6 +58,16 @@ LONGEST = """
 def pytest_collection_modifyitems(items):
     rank = {ROOT / "tests" / name: number for number, name in enumerate(LONGEST)}
     items.sort(key=lambda item: rank.get(item.path, len(rank)))
+
+
+def pytest_collection_finish():
+    """What was imported stays to the end: no collection of garbage looks through it again."""
+    gc.freeze()
+
+
+def pytest_sessionfinish():
+    """At the end all can be let go again, or libraries say that objects were left."""
+    gc.unfreeze()
 
 
 @pytest.fixture(scope="session")
@@ -293,6 +304,14 @@ def bundle(bakery, portrait, once):
         assert done.returncode == 0, done.stderr
 
     return once("bundle", bake) / "painted.avatar"
+
+
+@pytest.fixture(scope="session")
+def avatar(bundle):
+    """The bundle of the painted portrait, opened; tests must not change it."""
+    from bakery.export.open import open_avatar
+
+    return open_avatar(bundle)
 
 
 @pytest.fixture

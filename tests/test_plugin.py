@@ -62,10 +62,9 @@ def test_the_hair(example):
     testing.check_hair(example.RedHair())
 
 
-def test_the_exporter(example, bundle):
-    from bakery.export.open import open_avatar
+def test_the_exporter(example, avatar):
 
-    testing.check_exporter(example.PointsExporter(), open_avatar(bundle))
+    testing.check_exporter(example.PointsExporter(), avatar)
 
 
 def test_a_bake_with_all_of_them(bakery, process, portrait, installed, tmp_path):

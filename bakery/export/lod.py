@@ -102,11 +102,10 @@ def with_bends(surface):
     Vertices of one place that a shape tears apart, as those of closed lips, share none.
     """
     flat = np.concatenate([surface.vertices[None], surface.shapes]).transpose(1, 0, 2)
-    _, first, place = np.unique(
-        np.ascontiguousarray(flat).reshape(len(flat), -1), axis=0,
-        return_index=True, return_inverse=True,
-    )  # fmt: skip
-    place = place.ravel()
+    rows = np.ascontiguousarray(flat).reshape(len(flat), -1) + 0  # -0 becomes 0
+    known = dict[bytes, int]()  # np.unique would sort the long rows
+    place = np.array([known.setdefault(row.tobytes(), len(known)) for row in rows])
+    first = np.unique(place, return_index=True)[1]
     vertices, faces = surface.vertices[first], place[surface.faces]
     rest = vertex_normals(vertices, faces)
     bends = np.zeros_like(surface.shapes)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from bakery.evaluate import albedo as albedos
-from bakery.export.open import open_avatar
 from bakery.formats import exr
 from bakery.geometry import harmonics
 from bakery.geometry.color import LUMA
@@ -25,8 +24,7 @@ def test_it_is_what_the_bundle_holds(portrait, bundle, bakery, tmp_path):
     assert again.returncode == 0 and out.read_bytes() == (bundle / "albedo.exr").read_bytes()
 
 
-def test_a_bundle_says_that_it_holds_albedo(bundle, bakery):
-    avatar = open_avatar(bundle)
+def test_a_bundle_says_that_it_holds_albedo(bundle, avatar, bakery):
     albedo, neutral = (np.float32(x) for x in (avatar.textures.albedo, avatar.textures.neutral))
     assert albedo.shape == neutral.shape and 0 <= albedo.min() and albedo.max() <= 1
     assert "albedo" in bakery("inspect", bundle).stdout

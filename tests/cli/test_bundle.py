@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from bakery.export import bundle as bundles
-from bakery.export.open import open_avatar
 from bakery.export.schema import seal
 from bakery.export.validate import problems
 
@@ -64,8 +63,7 @@ def test_nothing_private_is_in_it(bundle, portrait):
                 assert word not in data, (path.name, word)
 
 
-def test_avatar_comes_back(bundle):
-    avatar = open_avatar(bundle)
+def test_avatar_comes_back(avatar):
     assert avatar.textures.neutral.shape == (512, 512, 3)
     assert avatar.masks.shape == (52, 256, 256)
     assert avatar.photo.shape == (480, 400, 3)

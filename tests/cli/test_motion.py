@@ -231,13 +231,10 @@ def read_glb(path):
     return found
 
 
-def test_a_second_reader_finds_all_morph_targets(bundle):
+def test_a_second_reader_finds_all_morph_targets(bundle, avatar):
     """Names, order and millimetres agree with the head model that the bundle carries."""
     from scipy.spatial import cKDTree
 
-    from bakery.export.open import open_avatar
-
-    avatar = open_avatar(bundle)
     positions, shapes = read_glb(bundle / "head.glb")["head_LOD0"]
     assert list(shapes) == list(EXPRESSIONS)
     near, rows = cKDTree(avatar.neutral).query(positions * 1000)

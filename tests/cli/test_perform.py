@@ -142,7 +142,7 @@ def blotched(tmp_path_factory):
     return film(tmp_path_factory.mktemp("blotched") / "clip.mp4", pictures)
 
 
-@pytest.mark.parametrize("hair", ["--hair", "--no-hair"])
+@pytest.mark.parametrize("hair", ["--hair", pytest.param("--no-hair", marks=pytest.mark.slow)])
 def test_transfer_carries_what_the_skin_does(bundle, bakery, blotched, tmp_path, hair):
     """A cheek that darkens darkens on the portrait, in its place; what rests is the avatar's own.
 

@@ -9,18 +9,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 from bakery.errors import InputError
-from bakery.export.open import open_avatar
 from bakery.formats import exr
 from bakery.formats.targets import expression_weights
 from bakery.geometry.color import to_encoded, to_linear
 from bakery.runtime.render import Frame
 from bakery.show import frame as frames
 from bakery.types import EXPRESSION_INDEX
-
-
-@pytest.fixture(scope="module")
-def avatar(bundle):
-    return open_avatar(bundle)
 
 
 def scene(**wanted):

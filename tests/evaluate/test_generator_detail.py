@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from bakery.evaluate.generator import detail as generator_detail
-from bakery.export.open import open_avatar
 
 
 def test_amplitude_of_a_wave():
@@ -25,9 +24,8 @@ def test_stretch_of_one_edge():
     assert generator_detail.edge_stretch(rest, moved, np.array([[0, 1, 2]])) == pytest.approx(0.2)
 
 
-def test_what_happens_to_detail_is_found(bundle, monkeypatch):
+def test_what_happens_to_detail_is_found(bundle, avatar, monkeypatch):
     monkeypatch.setattr(generator_detail, "BLOCK", 16)  # the bundle of the tests is small
-    avatar = open_avatar(bundle)
     textures = avatar.textures
     same = np.asarray(textures.neutral, np.float32)
     blurred = cv2.GaussianBlur(same, (0, 0), 2.0)

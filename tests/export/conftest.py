@@ -138,15 +138,24 @@ def glb():
 
 
 @pytest.fixture(scope="session")
-def hairy_bundle(bundle, hairdo, tmp_path_factory):
+def hairy_bundle(bundle, hairdo, once):
     """The bundle of the painted portrait with a bob; tests must not change it."""
-    folder = shutil.copytree(bundle, tmp_path_factory.mktemp("hairy") / "hairy.avatar")
-    avatar = open_avatar(bundle)
-    mesh = hairdo(avatar.head, avatar.neutral)
-    avatar = replace(avatar, textures=replace(avatar.textures, hair_mesh=mesh))
-    said = {}
-    for exporter in (ExrExporter(), GlbExporter(), WebExporter()):
-        said |= exporter.export(avatar, folder / exporter.place, 512)
-    said |= {"hair_mesh": table(mesh), "files": list_files(folder)}
-    write_manifest(folder, json.loads((folder / "avatar.json").read_text()) | said)
-    return folder
+
+    def dress(folder):
+        folder = shutil.copytree(bundle, folder / "hairy.avatar")
+        avatar = open_avatar(bundle)
+        mesh = hairdo(avatar.head, avatar.neutral)
+        dressed = replace(avatar, textures=replace(avatar.textures, hair_mesh=mesh))
+        said = {}
+        for exporter in (ExrExporter(), GlbExporter(), WebExporter()):
+            said |= exporter.export(dressed, folder / exporter.place, 512)
+        said |= {"hair_mesh": table(mesh), "files": list_files(folder)}
+        write_manifest(folder, json.loads((folder / "avatar.json").read_text()) | said)
+
+    return once("hairy", dress) / "hairy.avatar"
+
+
+@pytest.fixture(scope="session")
+def hairy(hairy_bundle):
+    """The bundle with a bob, opened; tests must not change it."""
+    return open_avatar(hairy_bundle)

@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 import pytest
 
-from bakery.export.open import open_avatar
 from bakery.export.skeleton import BONES
 from bakery.types import EXPRESSIONS
 
@@ -30,9 +29,8 @@ def run(*arguments, **options):
 
 
 @pytest.fixture(scope="module")
-def box(bundle):
+def box(avatar):
     """Corners of the head as bakery has it, metres: all that head.glb shows."""
-    avatar = open_avatar(bundle)
     faces = avatar.head.part_faces(
         "skin", "eye_socket", "mouth_cavity", "eye_left", "eye_right", "teeth_upper",
         "teeth_lower", "gums_upper", "gums_lower", "tongue", "tear", "lashes",

@@ -38,8 +38,8 @@ def own(hairy_bundle, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def mesh(hairy_bundle):
-    return open_avatar(hairy_bundle).textures.hair_mesh
+def mesh(hairy):
+    return hairy.textures.hair_mesh
 
 
 def seal_anew(folder, **changes):
@@ -48,15 +48,14 @@ def seal_anew(folder, **changes):
     (folder / "avatar.json").write_bytes(seal(manifest | {"files": list_files(folder)}))
 
 
-def test_it_comes_back_to_the_bit(hairy_bundle, bundle, hairdo):
+def test_it_comes_back_to_the_bit(hairy_bundle, hairy, avatar, hairdo):
     assert problems(hairy_bundle) == []
-    avatar = open_avatar(hairy_bundle)
-    wanted = hairdo(avatar.head, avatar.neutral)
+    wanted = hairdo(hairy.head, hairy.neutral)
     for field in fields(HairMesh):
-        found, put = (getattr(mesh, field.name) for mesh in (avatar.textures.hair_mesh, wanted))
+        found, put = (getattr(mesh, field.name) for mesh in (hairy.textures.hair_mesh, wanted))
         assert found.dtype == put.dtype, field.name
         np.testing.assert_array_equal(found, put, err_msg=field.name)
-    assert open_avatar(bundle).textures.hair_mesh is None
+    assert avatar.textures.hair_mesh is None
 
 
 def test_a_bundle_without_it_says_nothing_of_it(bundle):
@@ -66,10 +65,10 @@ def test_a_bundle_without_it_says_nothing_of_it(bundle):
     assert not names & {hair_mesh.MESH, hair_mesh.ATLAS, "web/hair_cards.webp"}
 
 
-def test_inspect_counts_the_cards(hairy_bundle, bakery):
+def test_inspect_counts_the_cards(hairy_bundle, hairy, bakery):
     done = bakery("inspect", hairy_bundle, "--json")
     assert done.returncode == 0, done.stderr
-    mesh = open_avatar(hairy_bundle).textures.hair_mesh
+    mesh = hairy.textures.hair_mesh
     assert json.loads(done.stdout)["hair cards"] == len(np.unique(mesh.card)) - 1
 
 
@@ -151,8 +150,8 @@ def test_a_table_of_other_numbers_is_a_finding(own):
     assert "cards" in found and hair_mesh.MESH in found
 
 
-def test_levels_of_the_glb_follow_those_of_the_mesh(hairy_bundle, glb):
-    mesh = open_avatar(hairy_bundle).textures.hair_mesh
+def test_levels_of_the_glb_follow_those_of_the_mesh(hairy_bundle, hairy, glb):
+    mesh = hairy.textures.hair_mesh
     document, _ = glb[0]((hairy_bundle / "head.glb").read_bytes())
     meshes = {one["name"]: one for one in document["meshes"]}
     materials = {one["name"]: one for one in document["materials"]}
@@ -202,9 +201,9 @@ def test_surfaces_keep_the_order_from_the_skull_outwards(hairdo, head):
     assert hair_levels(bare, 4) == [[], [], [], []]
 
 
-def test_the_packed_mesh_is_the_same_for_every_program(hairy_bundle, head, hairdo, glb):
+def test_the_packed_mesh_is_the_same_for_every_program(hairy_bundle, hairy, head, hairdo, glb):
     """Level and cards of each primitive; and nothing of it without hair."""
-    mesh = open_avatar(hairy_bundle).textures.hair_mesh
+    mesh = hairy.textures.hair_mesh
     document, _ = glb[0]((hairy_bundle / "web" / "player.glb").read_bytes())
     (found,) = (one for one in document["meshes"] if one["name"] == "hair")
     for primitive in found["primitives"]:
@@ -232,14 +231,14 @@ def test_khronos_finds_nothing(hairy_bundle, name):
     assert said["numErrors"] == 0 and said["numWarnings"] == 0, said
 
 
-def test_assimp_reads_the_hair(hairy_bundle):
+def test_assimp_reads_the_hair(hairy_bundle, hairy):
     if shutil.which("assimp") is None:
         pytest.skip("needs assimp")
     run = subprocess.run(
         ["assimp", "info", hairy_bundle / "head.glb"], capture_output=True, text=True, timeout=300
     )
     assert run.returncode == 0 and "hair_LOD0 (mesh" in run.stdout.replace("\u2574", " ")
-    mesh = open_avatar(hairy_bundle).textures.hair_mesh
+    mesh = hairy.textures.hair_mesh
     high = np.array(re.search(r"Maximum point +\((.*?)\)", run.stdout)[1].split(), float)
     assert high[1] == pytest.approx(mesh.vertices[:, 1].max() / 1000, abs=2e-6)
 

@@ -13,7 +13,6 @@ import pytest
 from bakery.export import lit
 from bakery.export.glb import Surface
 from bakery.export.lod import head_surfaces
-from bakery.export.open import open_avatar
 from bakery.export.tangents import with_tangents
 from bakery.geometry.mesh import vertex_normals
 from bakery.plugins import plug_in
@@ -92,9 +91,9 @@ def test_relief_is_of_bare_skin_alone(head):
 
 
 @pytest.fixture(scope="module")
-def made(hairy_bundle, tmp_path_factory):
+def made(hairy, tmp_path_factory):
     path = tmp_path_factory.mktemp("lit") / "a.glb"
-    plug_in("exporters", "glb-lit").export(open_avatar(hairy_bundle), path, 512)
+    plug_in("exporters", "glb-lit").export(hairy, path, 512)
     return path
 
 
@@ -134,10 +133,9 @@ def test_it_is_a_good_file_of_less_than_ten_megabytes(made):
 
 
 @pytest.mark.parametrize("name", ["glb-lit", "usd"])
-def test_a_bundle_without_albedo_is_refused(name, bundle, tmp_path):
+def test_a_bundle_without_albedo_is_refused(name, avatar, tmp_path):
     if name == "usd":
         pytest.importorskip("pxr", reason="needs usd-core, the extra usd")
-    avatar = open_avatar(bundle)
     bare = replace(avatar.textures, albedo=np.zeros((0, 0, 3), np.float16))
     old = replace(avatar, textures=bare)
     exporter = plug_in("exporters", name)
@@ -145,8 +143,8 @@ def test_a_bundle_without_albedo_is_refused(name, bundle, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_pictures_are_of_the_size_that_is_asked(bundle):
-    pictures = lit.lit_pictures(open_avatar(bundle), 128)
+def test_pictures_are_of_the_size_that_is_asked(avatar):
+    pictures = lit.lit_pictures(avatar, 128)
     sides = {
         name: cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR).shape[:2]
         for name, data in vars(pictures).items()

@@ -55,7 +55,12 @@ def regions(avatar, scene, face, alpha):
 
 
 @pytest.mark.parametrize(
-    "pose, which", [("neutral", "bundle"), ("talking", "hairy_bundle"), ("tongue", "hairy_bundle")]
+    "pose, which",
+    [
+        ("neutral", "bundle"),
+        ("talking", "hairy_bundle"),
+        pytest.param("tongue", "hairy_bundle", marks=pytest.mark.slow),
+    ],
 )
 def test_the_documents_alone_give_the_picture(pose, which, player, request):
     bundle = request.getfixturevalue(which)

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bakery.export.open import open_avatar
 from bakery.export.validate_glb import glb_problems
 from bakery.formats.targets import OTHERS, expression_weights, other_weights
 from bakery.plugins import plug_in
@@ -24,9 +23,9 @@ MORE = "mouthOpen mouthSmile eyesClosed eyesLookUp eyesLookDown".split()
 
 
 @pytest.fixture(scope="module")
-def made(hairy_bundle, tmp_path_factory):
+def made(hairy, tmp_path_factory):
     path = tmp_path_factory.mktemp("speech") / "a.glb"
-    plug_in("exporters", "glb-speech").export(open_avatar(hairy_bundle), path, 1024)
+    plug_in("exporters", "glb-speech").export(hairy, path, 1024)
     return path
 
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from bakery.export.lod import MATERIALS, head_surfaces
-from bakery.export.open import open_avatar
 from bakery.export.skeleton import BONES, head_joints
 from bakery.heads.base import weights
 from bakery.plugins import plug_in
@@ -24,8 +23,8 @@ def pxr():
 
 
 @pytest.fixture(scope="module")
-def avatar(hairy_bundle):
-    return open_avatar(hairy_bundle)
+def avatar(hairy):
+    return hairy
 
 
 @pytest.fixture(scope="module")

@@ -38,8 +38,8 @@ def test_a_1_0_bundle_is_whole(old_bundle):
     assert json.loads((old_bundle / "avatar.json").read_text())["asset"]["version"] == "1.0"
 
 
-def test_a_1_0_bundle_holds_the_same_avatar(old_bundle, bundle):
-    old, new = open_avatar(old_bundle), open_avatar(bundle)
+def test_a_1_0_bundle_holds_the_same_avatar(old_bundle, avatar):
+    old, new = open_avatar(old_bundle), avatar
     for name in ("neutral", "keys", "source", "facing", "hair", "gaze", "mouths", "mouth_weights"):
         a, b = getattr(old.textures, name), getattr(new.textures, name)
         assert a.dtype == b.dtype and np.array_equal(a, b), name

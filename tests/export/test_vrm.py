@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bakery.export.open import open_avatar
 from bakery.export.skeleton import joint_weights, joints
 from bakery.plugins import plug_in
 
@@ -20,9 +19,9 @@ VALIDATE = (
 
 
 @pytest.fixture(scope="module")
-def made(hairy_bundle, tmp_path_factory):
+def made(hairy, tmp_path_factory):
     path = tmp_path_factory.mktemp("vrm") / "a.vrm"
-    plug_in("exporters", "vrm").export(open_avatar(hairy_bundle), path, 256)
+    plug_in("exporters", "vrm").export(hairy, path, 256)
     return path
 
 

@@ -4,7 +4,6 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from bakery.export.open import open_avatar
 from bakery.formats.texture import ACESCG, REC709_COLORS, write_texture
 from bakery.plugins import plug_in
 from bakery.types import EXPRESSIONS
@@ -67,8 +66,7 @@ def test_acescg_is_the_same_colour_by_its_primaries(tmp_path):
     assert levels(tmp_path / "b.exr")[0][0]["colorInteropID"] == "data"
 
 
-def test_a_file_for_each_key_expression_and_each_mask(bundle, tmp_path):
-    avatar = open_avatar(bundle)
+def test_a_file_for_each_key_expression_and_each_mask(avatar, tmp_path):
     plug_in("exporters", "textures").export(avatar, tmp_path / "t", 64)
     names = {path.relative_to(tmp_path / "t").with_suffix("").as_posix() for path in (tmp_path / "t").rglob("*.exr")}  # fmt: skip
     wanted = {"neutral", *avatar.textures.key_names, *(f"masks/{name}" for name in EXPRESSIONS)}

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from bakery.errors import InputError
-from bakery.export.open import open_avatar
 from bakery.export.validate import problems
 from bakery.export.web import WebOptions, web_files
 from bakery.export.web import files as web
@@ -17,11 +16,6 @@ from bakery.heads.base import weights
 from bakery.stages.texture.mouth import mouth_landmarks
 
 MEGABYTE = 2**20
-
-
-@pytest.fixture(scope="module")
-def avatar(bundle):
-    return open_avatar(bundle)
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,6 @@
 """`bakery synth` from the outside: pairs, skins, sheets."""
 
+import json
 from dataclasses import replace
 from functools import partial
 
@@ -8,11 +9,14 @@ from click.testing import CliRunner
 
 from bakery.cli.synth import synth
 from bakery.errors import InputError
+from bakery.formats import mark
 from bakery.formats.image import read_photo
-from bakery.synth import failures
+from bakery.geometry.camera import crop
+from bakery.synth import failures, samples
 from bakery.synth.pairs import Shard
 from bakery.synth.pairs import painter as pair_painter
 from bakery.synth.pairs import shards as pair_shards
+from bakery.synth.render import paint
 
 
 def run(*arguments):
@@ -58,5 +62,20 @@ def test_failures_are_painted(tmp_path, monkeypatch):
     done = run("failures", "hand", "-o", tmp_path)
     assert done.exit_code == 0 and done.stdout.split() == [str(tmp_path / "hand.jpg")]
     assert read_photo(tmp_path / "hand.jpg").encoded.shape == (120, 96, 3)
+    assert mark.found(tmp_path / "hand.jpg") == mark.PAINTED
+
+
+def test_samples_are_painted(tmp_path, monkeypatch):
+    def quick(wardrobe, scene):
+        small = crop(scene.camera, 0, 0, 96, 120, 96 / scene.camera.width)
+        return paint(wardrobe, replace(scene, camera=small), supersample=1, quality=0.2)
+
+    monkeypatch.setattr(samples, "dress", partial(samples.dress, detail=2.0, share=0.1))
+    monkeypatch.setattr(samples, "paint", quick)
+    done = run("samples", "anna", "-o", tmp_path)
+    assert done.exit_code == 0 and done.stdout.split() == [str(tmp_path / "anna.jpg")]
+    assert mark.found(tmp_path / "anna.jpg") == mark.PAINTED
+    table = json.loads((tmp_path / "anna.json").read_text())
+    assert len(table["faces"][0]["points"]) == 478
     with pytest.raises(InputError, match="no such case; known: smile"):
         run("failures", "beard", "-o", tmp_path, "--overwrite")

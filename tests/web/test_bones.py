@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bakery.export.open import open_avatar
 from bakery.export.skeleton import BONES, head_joints, jaw_hinge
 from bakery.heads.base import GAZE_PITCH, GAZE_YAW
 
@@ -21,11 +20,6 @@ LOOKS = {  # degrees about y and x -> shapes
 
 def quaternion(yaw, pitch):
     return Rotation.from_euler("YX", [yaw, pitch], degrees=True).as_quat().tolist()
-
-
-@pytest.fixture(scope="module")
-def avatar(bundle):
-    return open_avatar(bundle)
 
 
 @pytest.fixture(scope="module")

@@ -6,15 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bakery.export.open import open_avatar
 from bakery.plugins import plug_in
 
 
 @pytest.fixture(scope="module")
-def seen(hairdo, bundle, node, tmp_path_factory):
+def seen(hairdo, avatar, node, tmp_path_factory):
     from dataclasses import replace
 
-    avatar = open_avatar(bundle)
     bob = hairdo(avatar.head, avatar.neutral)
     avatar = replace(avatar, textures=replace(avatar.textures, hair_mesh=bob))
     path = tmp_path_factory.mktemp("springs") / "a.vrm"

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from bakery.export.lod import shape_displacements
-from bakery.export.open import open_avatar
 from bakery.export.web.glb import web_glb
 from bakery.export.web.head import PIECES, surfaces
 from bakery.formats import meshopt
@@ -36,27 +35,25 @@ def test_web_head_in_three(head, pieces, node, tmp_path):
     np.testing.assert_allclose(found, wanted, atol=0.02)
 
 
-def test_whole_head_in_three(bundle, node, tmp_path):
+def test_whole_head_in_three(bundle, avatar, node, tmp_path):
     (tmp_path / "weights.json").write_text(json.dumps([0.0] * 52))
     seen = json.loads(node(__file__.replace("test_three.py", "three.mjs"), bundle / "head.glb",
                            tmp_path / "weights.json", tmp_path))  # fmt: skip
     assert seen["names"] == list(EXPRESSIONS) and seen["scenes"] == 1
     assert seen["materials"] == ["skin", "teeth", "tongue", "tear", "lashes", "eyes"]
-    avatar = open_avatar(bundle)
     hidden = [PARTS.index(name) for name in PROXIES]
     shown = avatar.head.faces[~np.isin(avatar.head.face_part, hidden)]
     points = avatar.neutral[np.unique(shown)] / 1000
     np.testing.assert_allclose(seen["box"], [points.min(0), points.max(0)], atol=1e-6)  # metres
 
 
-def test_proxies_in_three(bundle, node, tmp_path):
+def test_proxies_in_three(bundle, avatar, node, tmp_path):
     """What bakery's players show in the place of mouth and eyes, where the head model has it."""
     mix = weights({"jawOpen": 0.7})
     (tmp_path / "weights.json").write_text(json.dumps(mix.tolist()))
     seen = json.loads(node(__file__.replace("test_three.py", "three.mjs"), bundle / "proxies.glb",
                            tmp_path / "weights.json", tmp_path))  # fmt: skip
     assert seen["names"] == list(EXPRESSIONS) and seen["materials"] == list(PROXIES)
-    avatar = open_avatar(bundle)
     points = avatar.head.vertices(avatar.neutral, mix) / 1000
     points = points[np.unique(avatar.head.faces[avatar.head.part_faces(*PROXIES)])]
     np.testing.assert_allclose(seen["box"], [points.min(0), points.max(0)], atol=1e-5)

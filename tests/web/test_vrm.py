@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bakery.export.open import open_avatar
 from bakery.export.skeleton import to_body
 from bakery.export.vrm import PRESETS
 from bakery.formats.targets import expression_weights
@@ -18,11 +17,6 @@ REQUIRED = {
     *(f"{side}{bone}" for side in ("left", "right")
       for bone in ("UpperArm", "LowerArm", "Hand", "UpperLeg", "LowerLeg", "Foot")),
 }  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def avatar(bundle):
-    return open_avatar(bundle)
 
 
 @pytest.fixture(scope="module")
