@@ -41,17 +41,21 @@ settings.register_profile(
 settings.load_profile("suite")
 SMALL = ["--preset", "small", "--set", "texture.mouths=3", "--set", "texture.views=[0.0]"]
 
-# The files that take longest, in about that order: workers that begin with them end together.
+# The files that take longest, in about that order: workers that begin with them end together. The first
+# ones make what others share (bundle, fitted), each on its own worker, so that nobody waits for it.
 LONGEST = """
-    cli/test_resume.py cli/test_steps.py golden/test_golden.py heads/mesh/test_import.py
-    cli/test_build.py synth/test_failures.py cli/test_step_inputs.py test_plugin.py
-    cli/test_export.py export/test_hair_mesh.py web/test_page.py fuzz/test_fuzz.py
-    train/segment/test_segment.py stages/test_hair_volume.py
-    export/test_damage.py cli/test_generate.py evaluate/test_generator.py
-    synth/test_pair_painter.py train/test_pagan.py train/test_detector.py
-    cli/test_same_person.py export/test_versions.py test_systems.py evaluate/test_fitting.py
-    synth/test_synth_commands.py train/test_identity.py heads/mesh/test_transfer.py
-    synth/test_portraits.py cli/test_bundle.py test_testing.py cli/test_hair.py
+    web/test_page.py evaluate/test_generator.py cli/test_resume.py cli/test_steps.py
+    cli/test_build.py golden/test_golden.py test_plugin.py cli/test_export.py cli/test_generate.py
+    cli/test_perform.py cli/test_perform_over.py fuzz/test_fuzz.py export/test_player.py
+    test_testing.py cli/test_marks.py export/test_hair_mesh.py stages/test_hair_volume.py
+    stages/test_texture_complete.py web/test_parity.py train/segment/test_segment.py
+    train/test_pagan.py export/test_damage.py synth/test_pair_painter.py synth/test_portraits.py
+    synth/test_failures.py cli/test_bundle.py test_systems.py runtime/test_hair_shown.py
+    cli/test_step_inputs.py web/test_stream.py cli/test_albedo.py web/test_load.py
+    synth/test_synth_commands.py export/test_versions.py stages/test_segment.py
+    stages/test_texture_albedo.py heads/mesh/test_transfer.py stages/test_hair_curls.py
+    cli/test_motion.py formats/test_place_faults.py web/test_take.py export/test_lit.py
+    heads/mesh/test_import.py
 """.split()
 
 

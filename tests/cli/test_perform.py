@@ -176,6 +176,7 @@ def test_transfer_carries_what_the_skin_does(bundle, bakery, blotched, tmp_path,
     assert 120 < row < 180 and 70 < column < 125  # the subject's right cheek, left in the picture
 
 
+@pytest.mark.slow  # 9 s: a clip twice
 def test_transfer_goes_on_as_if_it_had_not_stopped(bundle, bakery, blotched, tmp_path):
     """Frames from the middle are those of the whole: no frame depends on which came before."""
     fits, films = tmp_path / "fits", {}

@@ -95,6 +95,7 @@ def test_it_needs_nothing_of_bakery():
     assert imported <= {"json", "sys", "pathlib", "numpy", "OpenEXR"}
 
 
+@pytest.mark.slow  # 9 s, at the usual size
 def test_it_writes_a_picture_from_the_command_line(bundle, bakery, tmp_path):
     """The very command of its docstring, against `bakery render` of the usual size."""
     mine, theirs = tmp_path / "mine.exr", tmp_path / "theirs.png"

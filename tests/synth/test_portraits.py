@@ -36,7 +36,13 @@ def test_every_pixel_has_a_class_and_points_lie_on_the_face(plain):
 
 
 @pytest.mark.parametrize(
-    "share, wanted", [("glasses", "LENS"), ("hats", "HAT"), ("hands", "THING"), ("things", "THING")]
+    "share, wanted",
+    [
+        ("glasses", "LENS"),
+        pytest.param("hats", "HAT", marks=pytest.mark.slow),
+        ("hands", "THING"),
+        ("things", "THING"),
+    ],
 )
 def test_what_is_worn_and_held_is_labelled(head, share, wanted):
     one = next(random_portraits(head, 5, replace(BARE, **{share: 1.0})))

@@ -58,6 +58,7 @@ def levels(frame):
     return to_encoded(render.over_gray(frame)) * 255
 
 
+@pytest.mark.slow  # 20 s in software; CI runs it
 def test_parity(dressed, hairy_site, browser, serve, tmp_path, monkeypatch):
     """From every side; where hair covers the picture whole, and where anything of it shows."""
     monkeypatch.setattr(render, "SAMPLES", 1)
