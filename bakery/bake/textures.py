@@ -26,6 +26,7 @@ from bakery.stages.segment import Segmentation
 from bakery.stages.texture import TextureOptions, gaze, keys, mouth
 from bakery.stages.texture.albedo import albedo_of
 from bakery.stages.texture.hair import mattes_of
+from bakery.stages.texture.hairline import with_short_hair
 from bakery.stages.texture.neutral import Prepared, prepare
 from bakery.stages.texture.proxies import eye_proxies, make_proxy
 from bakery.stages.texture.rest import rest_of
@@ -158,6 +159,10 @@ def paint(
         return {} if made is None else {f.name: getattr(made, f.name) for f in fields(HairMesh)}
 
     of_hair = kept.one("hair", volume)
+    mesh = HairMesh(**of_hair) if of_hair else None
+    layer = prepared.hair
+    if mesh is not None:
+        layer = with_short_hair(layer, mesh, head, neutral)
     painter = Painter(prepared.subject, generator, fit, options.texture)
     of_keys = list(painted("key", painter.key, wanted.key_weights, 1))
     of_gaze = list(painted("gaze", painter.gaze, directions, GAZES))
@@ -169,7 +174,7 @@ def paint(
         key_weights=wanted.key_weights,
         source=prepared.source,
         facing=prepared.facing.astype(np.float16),
-        hair=prepared.hair.astype(np.float16),
+        hair=layer.astype(np.float16),
         gaze=np.stack([row["texture"] for row in of_gaze]),
         gaze_directions=directions,
         mouths=np.stack([row["texture"] for row in of_mouths]),
@@ -178,7 +183,7 @@ def paint(
         maker=maker_of("generators", generator),
         made_from=origin,
         albedo=albedo_of(prepared.subject, fit).astype(np.float16),
-        hair_mesh=HairMesh(**of_hair) if of_hair else None,
+        hair_mesh=mesh,
     )
 
 

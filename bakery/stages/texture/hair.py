@@ -45,7 +45,7 @@ SQUARE = (
 SIDEBURN = (-6.0, 8.0)  # mm above the middle of an ear, up to which the layer shows none, all
 LOBE = 6.0  # mm before an ear from which it shows all
 POCKETS = 0.25  # of the eye distance, from the background: how far between strands it is seen
-LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
+LOCK = 1.6, 22.0  # mm, width and length of the locks that are made up
 ON_SKIN = (89.0, 82.0)  # degrees: off the scalp the photo says nothing beyond the first
 BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
 CRACK = 80  # share of the atlas that cracks between what the labels tell are wide, at most
@@ -210,7 +210,7 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     if lock.sum() < 1e-4 * len(pixels):
         return np.concatenate([color, np.ones_like(color[..., :1])], -1) * shown[..., None]
     sure = cv2.erode((lock > 0.9).astype(np.float32), np.ones((5, 5), np.uint8)) * growth
-    noise = atlas.paint(_locks(head, atlas))
+    noise = atlas.paint(locks(head, atlas, *LOCK))
     line = smoothstep(0.25, 0.75, grown + FRAYED * noise)
     unseen = (1 - seen) * strip * line * (1 - lost) * (1 - _ears(head, atlas))
     dark = np.log(np.maximum(color, 1e-3))  # dark hair stays dark beside its highlights
@@ -350,19 +350,19 @@ def _from_both(values, sure, own):
     return diffuse(both, np.minimum(weight, 1).astype(np.float32))
 
 
-def _locks(head, atlas):
-    """Noise [n] of unit strength in locks that run down from the crown."""
+def locks(head: HeadModel, atlas: Atlas, width: float, length: float) -> np.ndarray:
+    """Noise [n] of unit strength in locks of so many mm that run down from the crown."""
     points = atlas.at(head.mean)
     out = points - [0.0, points[:, 1].max() - 95, points[:, 2].mean()]
     radius = np.linalg.norm(out, axis=1)
     down = np.arccos(np.clip(out @ CROWN / radius, -1, 1))
     around = np.arctan2(out[:, 0], -out[:, 1] * CROWN[2] + out[:, 2] * CROWN[1])
     ring = radius * np.sin(np.clip(down, 0.3, np.pi))
-    width, length = LOCK
     places = np.stack(
         [np.cos(around) * ring / width, np.sin(around) * ring / width, down * radius / length], 1
     )
-    return value_noise(places, 1.0, 7)
+    found: np.ndarray = value_noise(places, 1.0, 7)
+    return found
 
 
 def _energy(color, sure):

@@ -1,0 +1,82 @@
+"""Single short hairs on the skin around hair with volume: a hairline thins out, a mesh ends at an edge."""
+
+import cv2
+import numpy as np
+from scipy.spatial import cKDTree
+
+from bakery.geometry.fill import normalized_blur, smoothstep
+from bakery.geometry.sample import bilinear
+from bakery.heads.base import HeadModel
+from bakery.heads.scalp import ear_box, ear_depth, unrolled
+from bakery.stages.atlas import make_atlas
+from bakery.stages.texture.hair import locks
+from bakery.types import HAIR_KINDS, HairMesh
+
+THINS = 9.0, 1.0  # mm from the cap, from which no hair grows, up to which all does
+SIDE = 512  # texels a side at which distances are found
+ALONG = 3  # points along an edge of the cap's triangles: 3 mm from one to the next
+HAIRS = 0.8, 8.0  # mm, width and length
+SOFT = 0.22  # share of the hairs that are half there
+VARIED = 0.18  # log brightness by which hairs differ
+TONE = 40  # share of the cap's width over which its colour is taken
+
+
+def with_short_hair(
+    layer: np.ndarray, mesh: HairMesh, head: HeadModel, neutral: np.ndarray
+) -> np.ndarray:
+    """The hair's layer [T, T, 4] with short hairs in the skin around the cap of a mesh.
+
+    What the layer shows already lies over them: the photo tells of its own hairline.
+
+    Args:
+        layer: [T, T, 4] linear, colour multiplied by alpha.
+        mesh: hair with volume of the same head.
+        head: as the person has it.
+        neutral: [V, 3] mm.
+    """
+    if not _finest_cap(mesh).any():
+        return layer
+    points, tones = _cap(mesh)
+    size = len(layer)
+    small = make_atlas(head, min(SIDE, size)).take("skin")
+    away, nearest = cKDTree(points).query(small.at(neutral), distance_upper_bound=THINS[0])
+    thick = smoothstep(*THINS, np.minimum(away, THINS[0]))
+    thick *= ear_depth(unrolled(head)(small.at(head.mean)), ear_box(head)) >= 1
+    told = np.concatenate([tones[np.minimum(nearest, len(tones) - 1)], thick[:, None]], 1)
+    grid = small.fill_gutter(small.paint(told.astype(np.float32)))
+    grid = cv2.resize(grid, (size, size), interpolation=cv2.INTER_LINEAR)
+    atlas = make_atlas(head, size).take("skin")
+    rows = grid.reshape(-1, 4)[atlas.index]
+    chosen = np.flatnonzero(rows[:, 3] > 0)
+    rows, index = rows[chosen], atlas.index[chosen]
+    noise = locks(head, atlas, *HAIRS)[chosen]
+    rank = np.empty(len(noise), np.float32)  # of all hairs: so that a share of them is there
+    rank[np.argsort(noise, kind="stable")] = np.linspace(0, 1, len(noise))
+    least = 1 - (1 + SOFT) * rows[:, 3]
+    out = layer.reshape(-1, 4).astype(np.float32)
+    alpha = smoothstep(least, least + SOFT, rank) * (1 - out[index, 3])
+    color = np.exp(rows[:, :3] + VARIED * (2 * rank[:, None] - 1))
+    out[index] += np.concatenate([color, np.ones_like(color[:, :1])], 1) * alpha[:, None]
+    return out.reshape(layer.shape)
+
+
+def _finest_cap(mesh):
+    return (mesh.kind == HAIR_KINDS.index("cap")) & (mesh.levels & 1 > 0)
+
+
+def _cap(mesh):
+    """Points [n, 3] mm all over the finest cap, and the log colour [n, 3] of the hair around them."""
+    corners = mesh.faces[_finest_cap(mesh)]
+    a, b = (x.ravel() for x in np.mgrid[: ALONG + 1, : ALONG + 1])
+    inside = a + b <= ALONG
+    weights = np.stack([a, b, ALONG - a - b], -1)[inside] / ALONG
+    points, uv = (
+        np.einsum("kc,ncd->nkd", weights, each[corners]).reshape(-1, each.shape[1])
+        for each in (mesh.vertices, mesh.uv)
+    )
+    side = len(mesh.texture)
+    lowest = int(np.ceil(uv[:, 1].max(initial=0) * side)) + 1  # cards lie below
+    texture = np.float32(mesh.texture[:lowest])
+    colors = np.log(np.maximum(texture[..., :3], 2e-3))
+    known = (texture[..., 3] > 0.5).astype(np.float32)
+    return points, bilinear(normalized_blur(colors, known, side / TONE), uv * side)

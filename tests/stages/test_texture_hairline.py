@@ -1,0 +1,61 @@
+"""Short hairs around hair with volume: where they grow, and where none may."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from bakery.heads.scalp import ear_box, ear_depth, unrolled
+from bakery.stages.atlas import make_atlas
+from bakery.stages.texture.hairline import THINS, _cap, with_short_hair
+
+SIZE = 256
+COLOR = 0.1, 0.05, 0.02
+
+
+@pytest.fixture(scope="module")
+def atlas(head):
+    return make_atlas(head, SIZE).take("skin")
+
+
+@pytest.fixture(scope="module")
+def mesh(head, hairdo):
+    found = hairdo(head, head.mean, "crop")
+    texture = found.texture.copy()
+    texture[..., :3] = COLOR * texture[..., 3:]
+    return replace(found, texture=texture)
+
+
+@pytest.fixture(scope="module")
+def grown(head, mesh):
+    return with_short_hair(np.zeros((SIZE, SIZE, 4), np.float32), mesh, head, head.mean)
+
+
+def test_hair_thins_out_from_the_cap(head, atlas, mesh, grown):
+    away, _ = cKDTree(_cap(mesh)[0]).query(atlas.at(head.mean))
+    ear = ear_depth(unrolled(head)(atlas.at(head.mean)), ear_box(head)) < 1
+    alpha = grown[..., 3].ravel()[atlas.index]
+    shares = [alpha[(away >= near) & (away < near + 2) & ~ear].mean() for near in (3, 5, 7)]
+    assert shares == sorted(shares, reverse=True)
+    assert shares[0] > 0.5 and 0.2 < shares[1] < 0.6 and shares[2] < 0.25
+    # Distances are found on a coarser grid than is painted.
+    assert alpha[away > THINS[0] + 2].max() == 0 and alpha[ear].mean() < 0.02
+
+
+def test_it_has_the_colour_of_the_hair_beside(grown):
+    hairs = grown[grown[..., 3] > 0.5]
+    colors = hairs[:, :3] / hairs[:, 3:]
+    np.testing.assert_allclose(np.median(colors, 0), COLOR, rtol=0.2)  # single hairs vary by that
+
+
+def test_what_the_photo_shows_lies_over_it(head, mesh):
+    shown = np.random.default_rng(1).uniform(0, 1, (SIZE, SIZE, 4)).astype(np.float32)
+    shown[..., 3] = 1
+    np.testing.assert_array_equal(with_short_hair(shown, mesh, head, head.mean), shown)
+
+
+def test_no_cap_no_hair(head, mesh):
+    layer = np.zeros((SIZE, SIZE, 4), np.float32)
+    cards = replace(mesh, kind=np.maximum(mesh.kind, 1))
+    np.testing.assert_array_equal(with_short_hair(layer, cards, head, head.mean), layer)
