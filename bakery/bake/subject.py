@@ -83,10 +83,9 @@ class FittedSubject:
             photo, landmarks, fit, neutral, self.head, mattes, resolution, hair.layer,
             rest=rest_of(self.options.texture), method=self.options.texture.complete,
         )  # fmt: skip
-        self.subject, self.hair = prepared.subject, prepared.hair
+        self.subject = prepared.subject
         self.hair_mesh = hair.mesh(photo, segmentation, fit, self.head, neutral)
-        if self.hair_mesh is not None:
-            self.hair = with_short_hair(self.hair, self.hair_mesh, self.head, neutral)
+        self.hair = with_short_hair(prepared.hair, self.hair_mesh, self.head, neutral)
         self.shape = neutral
         self.neutral = self._observation(photo, landmarks.points, fit, segmentation, neutral)
 

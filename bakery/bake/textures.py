@@ -160,9 +160,7 @@ def paint(
 
     of_hair = kept.one("hair", volume)
     mesh = HairMesh(**of_hair) if of_hair else None
-    layer = prepared.hair
-    if mesh is not None:
-        layer = with_short_hair(layer, mesh, head, neutral)
+    layer = with_short_hair(prepared.hair, mesh, head, neutral)
     painter = Painter(prepared.subject, generator, fit, options.texture)
     of_keys = list(painted("key", painter.key, wanted.key_weights, 1))
     of_gaze = list(painted("gaze", painter.gaze, directions, GAZES))

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from bakery.heads.scalp import ear_box, ear_depth, unrolled
 from bakery.stages.atlas import make_atlas
-from bakery.stages.texture.hairline import THINS, _cap, with_short_hair
+from bakery.stages.texture.hairline import CAP, THINS, _sampled, with_short_hair
 
 SIZE = 256
 COLOR = 0.1, 0.05, 0.02
@@ -33,7 +33,9 @@ def grown(head, mesh):
 
 
 def test_hair_thins_out_from_the_cap(head, atlas, mesh, grown):
-    away, _ = cKDTree(_cap(mesh)[0]).query(atlas.at(head.mean))
+    away, _ = cKDTree(_sampled(mesh, mesh.faces[(mesh.kind == CAP) & mesh.shown(0)])[0]).query(
+        atlas.at(head.mean)
+    )
     ear = ear_depth(unrolled(head)(atlas.at(head.mean)), ear_box(head)) < 1
     alpha = grown[..., 3].ravel()[atlas.index]
     shares = [alpha[(away >= near) & (away < near + 2) & ~ear].mean() for near in (3, 5, 7)]
@@ -59,3 +61,4 @@ def test_no_cap_no_hair(head, mesh):
     layer = np.zeros((SIZE, SIZE, 4), np.float32)
     cards = replace(mesh, kind=np.maximum(mesh.kind, 1))
     np.testing.assert_array_equal(with_short_hair(layer, cards, head, head.mean), layer)
+    np.testing.assert_array_equal(with_short_hair(layer, None, head, head.mean), layer)

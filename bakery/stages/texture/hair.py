@@ -45,7 +45,7 @@ SQUARE = (
 SIDEBURN = (-6.0, 8.0)  # mm above the middle of an ear, up to which the layer shows none, all
 LOBE = 6.0  # mm before an ear from which it shows all
 POCKETS = 0.25  # of the eye distance, from the background: how far between strands it is seen
-LOCK = 1.6, 22.0  # mm, width and length of the locks that are made up
+LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
 ON_SKIN = (89.0, 82.0)  # degrees: off the scalp the photo says nothing beyond the first
 BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
 CRACK = 80  # share of the atlas that cracks between what the labels tell are wide, at most
@@ -212,7 +212,7 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     sure = cv2.erode((lock > 0.9).astype(np.float32), np.ones((5, 5), np.uint8)) * growth
     noise = atlas.paint(locks(head, atlas, *LOCK))
     line = smoothstep(0.25, 0.75, grown + FRAYED * noise)
-    unseen = (1 - seen) * strip * line * (1 - lost) * (1 - _ears(head, atlas))
+    unseen = (1 - seen) * strip * line * (1 - lost) * (1 - atlas.paint(on_ears(head, atlas)))
     dark = np.log(np.maximum(color, 1e-3))  # dark hair stays dark beside its highlights
     tone = _tone(color, sure if sure.any() else lock, own, linear, mattes)
     smooth = np.exp(both_sides(tone, seen))
@@ -251,10 +251,10 @@ def _near(growth):
     return cv2.GaussianBlur(cv2.dilate(growth, kernel), (0, 0), width / 6)
 
 
-def _ears(head, atlas):
-    """1 on the ears [T, T], where no hair grows."""
+def on_ears(head: HeadModel, atlas: Atlas) -> np.ndarray:
+    """1 on the ears [n] float32, where no hair grows."""
     flat = unrolled(head)(atlas.at(head.mean))
-    return atlas.paint((ear_depth(flat, ear_box(head)) < 1).astype(np.float32))
+    return (ear_depth(flat, ear_box(head)) < 1).astype(np.float32)
 
 
 def _loose(here, growth):

@@ -7,11 +7,11 @@ from scipy.spatial import cKDTree
 from bakery.geometry.fill import normalized_blur, smoothstep
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
-from bakery.heads.scalp import ear_box, ear_depth, unrolled
 from bakery.stages.atlas import make_atlas
-from bakery.stages.texture.hair import locks
+from bakery.stages.texture.hair import locks, on_ears
 from bakery.types import HAIR_KINDS, HairMesh
 
+CAP = HAIR_KINDS.index("cap")
 THINS = 9.0, 1.0  # mm from the cap, from which no hair grows, up to which all does
 SIDE = 512  # texels a side at which distances are found
 ALONG = 3  # points along an edge of the cap's triangles: 3 mm from one to the next
@@ -22,7 +22,7 @@ TONE = 40  # share of the cap's width over which its colour is taken
 
 
 def with_short_hair(
-    layer: np.ndarray, mesh: HairMesh, head: HeadModel, neutral: np.ndarray
+    layer: np.ndarray, mesh: HairMesh | None, head: HeadModel, neutral: np.ndarray
 ) -> np.ndarray:
     """The hair's layer [T, T, 4] with short hairs in the skin around the cap of a mesh.
 
@@ -30,18 +30,19 @@ def with_short_hair(
 
     Args:
         layer: [T, T, 4] linear, colour multiplied by alpha.
-        mesh: hair with volume of the same head.
+        mesh: hair with volume of the same head; without a cap, or None, the layer comes back.
         head: as the person has it.
         neutral: [V, 3] mm.
     """
-    if not _finest_cap(mesh).any():
+    cap = None if mesh is None else mesh.faces[(mesh.kind == CAP) & mesh.shown(0)]
+    if cap is None or not len(cap):
         return layer
-    points, tones = _cap(mesh)
+    points, tones = _sampled(mesh, cap)
     size = len(layer)
     small = make_atlas(head, min(SIDE, size)).take("skin")
     away, nearest = cKDTree(points).query(small.at(neutral), distance_upper_bound=THINS[0])
     thick = smoothstep(*THINS, np.minimum(away, THINS[0]))
-    thick *= ear_depth(unrolled(head)(small.at(head.mean)), ear_box(head)) >= 1
+    thick *= 1 - on_ears(head, small)
     told = np.concatenate([tones[np.minimum(nearest, len(tones) - 1)], thick[:, None]], 1)
     grid = small.fill_gutter(small.paint(told.astype(np.float32)))
     grid = cv2.resize(grid, (size, size), interpolation=cv2.INTER_LINEAR)
@@ -60,22 +61,17 @@ def with_short_hair(
     return out.reshape(layer.shape)
 
 
-def _finest_cap(mesh):
-    return (mesh.kind == HAIR_KINDS.index("cap")) & (mesh.levels & 1 > 0)
-
-
-def _cap(mesh):
-    """Points [n, 3] mm all over the finest cap, and the log colour [n, 3] of the hair around them."""
-    corners = mesh.faces[_finest_cap(mesh)]
+def _sampled(mesh, cap):
+    """Points [n, 3] mm all over the cap's faces [m, 3], and the log colour [n, 3] of the hair around."""
     a, b = (x.ravel() for x in np.mgrid[: ALONG + 1, : ALONG + 1])
     inside = a + b <= ALONG
     weights = np.stack([a, b, ALONG - a - b], -1)[inside] / ALONG
     points, uv = (
-        np.einsum("kc,ncd->nkd", weights, each[corners]).reshape(-1, each.shape[1])
+        np.einsum("kc,ncd->nkd", weights, each[cap]).reshape(-1, each.shape[1])
         for each in (mesh.vertices, mesh.uv)
     )
     side = len(mesh.texture)
-    lowest = int(np.ceil(uv[:, 1].max(initial=0) * side)) + 1  # cards lie below
+    lowest = int(np.ceil(uv[:, 1].max() * side)) + 1  # cards lie below
     texture = np.float32(mesh.texture[:lowest])
     colors = np.log(np.maximum(texture[..., :3], 2e-3))
     known = (texture[..., 3] > 0.5).astype(np.float32)
