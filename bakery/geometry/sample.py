@@ -73,7 +73,7 @@ def _sampled(image, points, how):
     flat = points.reshape(-1, 2)
     # cv2.remap fails above 32,767 columns, so the list of points is folded into rows of 8,192.
     width = 8192
-    rows = -(-len(flat) // width)
+    rows = max(-(-len(flat) // width), 1)  # nor does it take none
     padded = np.zeros((rows * width, 2), np.float32)
     padded[: len(flat)] = flat
     grid = padded.reshape(rows, width, 2)

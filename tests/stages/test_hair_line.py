@@ -10,8 +10,8 @@ from bakery.geometry.raster import rasterize
 from bakery.heads.file import load_head
 from bakery.heads.scalp import scalp
 from bakery.stages.hair import chart
-from bakery.stages.hair.atlas import _strand_alpha
 from bakery.stages.hair.chart import DOME, ROWS
+from bakery.stages.hair.pattern import strand_alpha
 from bakery.stages.hair.portrait import at, look
 from bakery.stages.hair.presence import alike, alike_ears, trusted, weighed
 from bakery.stages.hair.shell import SLACK, make_shell
@@ -189,7 +189,7 @@ def test_tips_of_short_wisps_end_together():
         tips = []
         for ragged in (0.0, 1.0):
             many = [np.full(t.shape, x) for x in (0.5, 10.0, ragged)]
-            alpha = _strand_alpha(
+            alpha = strand_alpha(
                 np.zeros(t.shape, int), many[0], many[1], t, many[2], np.ones(t.shape),
                 np.full(t.shape, length),
             )  # fmt: skip

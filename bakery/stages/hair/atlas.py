@@ -14,16 +14,14 @@ from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.curls import Curls
 from bakery.stages.hair.directions import frame
-from bakery.stages.hair.mesh import body_depth
+from bakery.stages.hair.mesh import beside_face, body_depth
+from bakery.stages.hair.pattern import curl_alpha, strand_alpha, streaks
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
 from bakery.stages.hair.shell import Shell, told
 from bakery.stages.hair.strands import KNOTS
 
 CAP_PART = 0.3  # of the atlas's height
 GUTTER = 2  # texels around each card
-RAGGED, LONG = 0.3, 130.0  # of wisps so long, mm, so much has strands of different length
-POINTED = 0.4  # of its width that a wisp gets narrower to its tip
-CARVED = 0.25  # of half a card's width that curls cut off its border, in the mean
 STRAND = 0.7  # mm, width of the strands that are made up
 SHADE = 0.95  # of what unseen hair is as bright as the hair around it
 UNSEEN = (
@@ -33,12 +31,13 @@ UNLIKE = 0.3  # distance of sRGB colours of skin and of hair that is surely no b
 OWN = 4.0  # times its own weight that the colour of a side counts, before the other one's
 DIFFERS = 0.5  # log brightness by which made-up hair differs from the middle of the seen
 BESIDE = 0.6  # cosine of the azimuth from which hair is beside the head
+THINS = 0.0, 12.0  # mm within a hairline beside the face over which strands get more
 STREAKS = 1.0  # of the photo's contrast that made-up strands have
 LIT, GLOSS = 0.16, 0.28  # log brightness from below to above, and of the ring of gloss
 DIMMED = 0.1  # log brightness that it loses beside the ring
 RING = 42.0, 15.0  # degrees above the horizon that hair faces where the gloss is, and its width
 INNER_SIDE = 0.35  # how much of the photo shows on hair that it sees from within, in the dark
-SLANT = (0.12, 0.35)  # cosine to the camera: the photo is not shown up to it, and all from it on
+SLANT = (0.15, 0.4)  # cosine to the camera: the photo is not shown up to it, and all from it on
 OBSERVED, INFERRED = 1, 3
 
 
@@ -108,6 +107,7 @@ class Painter:
         self.tone = self._tone()
         self.energy = self._energy()
         self.carving = self._carving()
+        self.full = self._full()
 
     def _nearest(self):
         """Depth [H, W] of the first surface: head or shell."""
@@ -242,6 +242,12 @@ class Painter:
         both = np.stack([fits, told(shell)], -1).astype(float)
         return np.clip(charts.smooth(both, 4.0), 0, 1)
 
+    def _full(self):
+        """How many of the strands there are [ROWS, COLUMNS] 0..1: beside the face a hairline thins out."""
+        inside = charts.smooth(charts.distance_inside(self.shell.there > 0.5), 3.0)
+        thin = beside_face(self.shell, self.portrait)
+        return 1 - thin * (1 - smoothstep(*THINS, inside))
+
     def _light(self, cells):
         """Log brightness [n] of hair that nobody photographed, by which way it faces: from above, soft."""
         normal = self.shell.chart.take(self.normals, cells)
@@ -280,78 +286,23 @@ def paint_cards(painter, layout, edges, cells, solid, length, texture, direction
     points = between(edges)
     place, _ = painter.shell.chart.cell(points)
     across = s * (layout.width[card] / layout.height[card] * length[card]) / STRAND
-    streak, ragged = _streaks(card, across, t)
+    streak, ragged = streaks(card, across, t)
     curl = painter.curled(points, place)
     color, shown, left = painter.color(points, place, streak, curl)
-    alpha = _strand_alpha(card, s, across, t, ragged, solid[card], length[card])
+    alpha = strand_alpha(card, s, across, t, ragged, solid[card], length[card])
     if curl is not None:
-        alpha += painter.curls.share * (_curl_alpha(s, t, curl) - alpha)
+        alpha += painter.curls.share * (curl_alpha(s, t, curl) - alpha)
     alpha *= left
     there = painter.shell.chart.take(painter.shell.there, place)
     alpha *= smoothstep(0.3, 0.7, there + 0.25 * (ragged - 0.5))
+    full = painter.shell.chart.take(painter.full, place)
+    alpha *= smoothstep(0.0, 0.4, full - 0.6 * ragged)
     row, column = layout.top[card] + y, layout.left[card] + x
     texture[row, column, :3] = color * alpha[:, None]
     texture[row, column, 3] = alpha
     direction[row, column] = [0, 1]
     along[row, column] = t
     source[row, column] = np.where(shown > 0.5, OBSERVED, INFERRED)
-
-
-def _hash(*numbers):
-    """0..1 of whole numbers, the same each time."""
-    total = np.zeros(np.shape(numbers[0]), np.uint64)
-    for k, number in enumerate(numbers):
-        total ^= (
-            np.asarray(number).astype(np.int64).astype(np.uint64) + np.uint64(k * 7919 + 1)
-        ) * np.uint64((0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9)[k])
-        total ^= total >> np.uint64(29)
-        total *= np.uint64(0xBF58476D1CE4E5B9)
-        total ^= total >> np.uint64(32)
-    return (total >> np.uint64(40)).astype(np.float64) / float(1 << 24)
-
-
-def _smooth_hash(card, across, seed):
-    low = np.floor(across).astype(int)
-    f = across - low
-    f = f * f * (3 - 2 * f)
-    return _hash(card, low, np.full(card.shape, seed)) * (1 - f) + f * _hash(
-        card, low + 1, np.full(card.shape, seed)
-    )
-
-
-def _streaks(card, across, t):
-    """Noise along the strands of cards: unit variance, and 0..1 of which strands end early."""
-    bent = across + 0.7 * np.sin(2 * np.pi * (t * 1.3 + _hash(card, card * 0, card * 0 + 9)))
-    fine = _smooth_hash(card, bent * 1.0, 1) + 0.5 * _smooth_hash(card, bent * 2.3, 2)
-    slow = _smooth_hash(card, bent * 0.4 + 3 * t, 3)
-    own = _hash(card, card * 0, card * 0 + 5)
-    noise = (fine - 0.75) * 1.8 + (slow - 0.5) * 1.2 + (own - 0.5) * 1.0
-    return noise, _smooth_hash(card, bent * 0.8, 4)
-
-
-def _strand_alpha(card, s, across, t, ragged, solid, length):
-    tip = 1 - RAGGED * np.minimum(length / LONG, 1) * ragged
-    ends = smoothstep(0.0, 0.12, tip - t)
-    begins = smoothstep(0.0, 0.05, t - 0.12 * _smooth_hash(card, across * 1.3, 6))
-    edge = np.abs(2 * s - 1)
-    inner = (
-        1
-        - POINTED * smoothstep(0.6, 1.0, t)
-        - 0.5 * _smooth_hash(card, t * 6 + 40 * (s > 0.5), 7)
-        - 0.25 * ragged
-    )
-    sides = smoothstep(1.0, 0.6, edge / np.maximum(inner, 0.25) * 0.8)
-    gaps = 1 - (1 - solid) * 0.55 * smoothstep(0.55, 0.85, _smooth_hash(card, across * 1.7, 8)) * (
-        0.3 + 0.7 * t
-    )
-    return ends * begins * sides * gaps
-
-
-def _curl_alpha(s, t, curl):
-    """Cards that end where a curl does: bright ones stand out, the dark between them is cut off."""
-    inside = np.minimum(1 - np.abs(2 * s - 1), np.minimum(t / 0.1, (1 - t) / 0.2))
-    high = np.clip(curl / max(float(curl.std()), 1e-6), -2, 2)
-    return smoothstep(0.0, 0.2, inside - CARVED * (1 - 0.5 * high) * (1 - inside))
 
 
 def paint_cap(painter, surface, size, rows, texture, direction, source):

@@ -29,6 +29,9 @@ ASIDE = (
     40.0,
     55.0,
 )  # degrees from the camera: a fringe hangs before the face, a temple's hair lies on it
+EARS = 85.0, 95.0  # degrees from the camera, from which an ear stands before the skin
+TEMPLE = 12.0, 8.0  # rows below the equator from which hair beside the face hangs
+BESIDE = 5.0  # mm that the cap ends before a hairline beside the face: single hairs are drawn on the skin
 RISE = 14.0  # mm over which it rises from its border
 ENDS = 3  # rows above the end of hanging hair at which its core ends
 FINE, COARSE = (2, 2), (4, 4)  # rows and columns of the chart between the cap's vertices
@@ -94,7 +97,7 @@ def cap_surface(shell: Shell, portrait: Portrait) -> tuple[np.ndarray, np.ndarra
     before = (shell.growth < 0.35) & _before_face(shell, portrait, cells) & (aside < 0.75)
     # Above the face it would hide the photo's own hairline; beside it, it closes what cards leave open.
     shown = charts.smooth(shell.seen, 5.0) * (1 - aside)
-    retreat = np.interp(shown, (0, 1), RETREAT)
+    retreat = np.maximum(np.interp(shown, (0, 1), RETREAT), BESIDE * beside_face(shell, portrait))
     inner = charts.smooth(charts.distance_inside(there & ~np.isnan(share) & ~before), 4.0) - retreat
     lowest = charts.smooth(cv2.erode(np.nan_to_num(share), np.ones((3, 3))), 4.0)
     out = shell.base + lowest * (shell.radius - shell.base) * smoothstep(0, RISE, inner)
@@ -160,6 +163,16 @@ def _before_face(shell: Shell, portrait: Portrait, cells: np.ndarray) -> np.ndar
     pixels, depth = portrait.pixels(shell.surface(cells, 1.0))
     bare = at(portrait.depth, pixels)
     return (bare < NOTHING) & (depth < bare + 5)
+
+
+def beside_face(shell: Shell, portrait: Portrait) -> np.ndarray:
+    """Where hair ends in one line beside the face [ROWS, COLUMNS] 0..1: not where it hangs, nor from the ears on."""
+    front = sides_of(shell.chart, cameras.position(portrait.camera))[2]
+    first, last = np.cos(np.radians(EARS))
+    before_ears = smoothstep(last, first, np.cos(charts.azimuth() - front))
+    high = smoothstep(*TEMPLE, np.arange(ROWS) + 0.5 - DOME)
+    found: np.ndarray = _aside(shell, portrait) * before_ears * high[:, None]
+    return found
 
 
 def _aside(shell: Shell, portrait: Portrait) -> np.ndarray:

@@ -23,6 +23,10 @@ SKINNY = 0.17  # distance of sRGB colours below which it is bare
 UNLIKE = 0.35  # distance of sRGB colours of two patches that are not both hair
 POCKETS = 18.0, 45.0  # mm from the backdrop, above and below the eyes: how far it is seen in hair
 ALIKE = 0.2  # distance of sRGB colours of what may be the same
+STRANGE = (
+    0.5,
+    0.25,
+)  # of the distance of hair's and backdrop's colours: off the way between them, and on it
 HANGING = 15.0  # mm along which what hides the face touches the hair that it hangs from
 ON_CLOTHES = 10.0  # mm along which a patch touches clothes that is a part of them
 FOLDS = 8.0  # mm around cloth, in whose shadow nothing is told by its colour
@@ -309,10 +313,14 @@ def _unlike_backdrop(picture, hair, backdrop, level, scale):
     behind = diffuse(picture, far.astype(np.float32))
     way = np.median(picture[inner], 0) - behind
     length = (way**2).sum(-1)
-    share = ((picture - behind) * way).sum(-1) / np.maximum(length, 1e-6)
+    off_it = picture - behind
+    share = (off_it * way).sum(-1) / np.maximum(length, 1e-6)
+    # What is neither like the one nor like the other is hair in the shade, or in a highlight.
+    strange = np.linalg.norm(off_it - np.clip(share, 0, 1)[..., None] * way, axis=-1)
+    between = smoothstep(*STRANGE, strange / np.sqrt(np.maximum(length, 1e-6)))
     reach = np.where(rows < level, *POCKETS)
     apart = smoothstep(0.15, 0.3, np.sqrt(length)) * smoothstep(0, 0.3, 1 - off / reach)
-    return (1 - apart * smoothstep(0.6, 0.25, share)).astype(np.float32)
+    return (1 - apart * between * smoothstep(0.6, 0.25, share)).astype(np.float32)
 
 
 def _continued(linear, hair, backdrop, scale):

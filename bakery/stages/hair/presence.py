@@ -13,6 +13,7 @@ from bakery.heads.scalp import scalp
 from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS, Chart
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
+from bakery.stages.hair.temples import Temples
 
 SIDE = 60.0, 74.0  # degrees from the camera: what hangs beside the face is farther round
 FLANK = 85.0  # mm, radius of the cylinder on whose sides the outline lies
@@ -107,6 +108,7 @@ def presence(
     hairy: np.ndarray,
     covered: tuple[bool, bool],
     low: float,
+    temples: Temples,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Whether hair is in each cell, and whether the photo says so: [ROWS, COLUMNS] 0..1 each.
 
@@ -116,6 +118,7 @@ def presence(
         hairy: [ROWS, 2] evidence of the outline (right, left).
         covered: whether the (right, left) ear is under hair.
         low: mm, height above which hair beside an ear that is seen hangs behind it.
+        temples: of all cells.
     """
     eye = cameras.position(portrait.camera)
     turn = charts.azimuth() - sides_of(chart, eye)[2]
@@ -129,7 +132,7 @@ def presence(
     of_side = np.where(left > 0.5, crown[:, 1:], crown[:, :1])
     scalp_ = growth * (towards * of_side + (1 - towards) * crown.max(1, keepdims=True))
     hidden = np.maximum(scalp_, curtain_of(hairy, turn))
-    grown, square = _grown(chart, portrait, scalp_, eye)
+    grown, square = _grown(chart, portrait, scalp_, eye, temples)
     hung, seen = _hung(chart, portrait, base, radius, hidden, covered, turn, low, eye)
     under = np.where(np.sin(turn) > 0, covered[1], covered[0])
     last = np.where(under, 6, HELD)  # hair that covers ears hangs from their tips on
@@ -153,15 +156,17 @@ def _cosine(chart, points, eye):
     )
 
 
-def _grown(chart, portrait, usual, eye):
+def _grown(chart, portrait, usual, eye, temples):
     """Where hair grows out of the skin, and how squarely that is seen."""
     points = chart.place(charts.grid(), chart.skull)
     pixels, depth = portrait.pixels(points)
     hair = bilinear(portrait.hair, pixels)
     told = (hair > 0.5) | ~at(portrait.behind, pixels)
     told = told & portrait.inside(pixels) & (depth < at(portrait.depth, pixels) + 6)
-    own, other = trusted(_cosine(chart, points, eye), told)
-    return weighed(own, other, hair, usual, lambda grid: charts.smooth(grid, LINE)), own
+    cosine = _cosine(chart, points, eye)
+    own, other = trusted(cosine, told)
+    grown = weighed(own, other, hair, usual, lambda grid: charts.smooth(grid, LINE))
+    return temples.smooth(grown, cosine * told), own
 
 
 def trusted(

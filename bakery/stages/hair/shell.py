@@ -23,6 +23,7 @@ from bakery.stages.hair.presence import (
     presence,
     sides_of,
 )
+from bakery.stages.hair.temples import temples_of
 
 REACH = 130.0  # mm beyond the skull that hair is looked for
 LEAST = 1.2  # mm that hair stands off the skin
@@ -102,8 +103,11 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
     # What hangs ends in the air; elsewhere, and beside the face, hair rises from the skin.
     hung = (radius - chart.skull > OFF) & (free > 0.5)
     tall = np.maximum(radius - base - LEAST, 0)
+    temples = temples_of(head, chart.place(cells, chart.skull))
     for _ in range(2):
-        there, seen = presence(chart, portrait, base, radius, growth, hairy, covered, chin - 25)
+        there, seen = presence(
+            chart, portrait, base, radius, growth, hairy, covered, chin - 25, temples
+        )
         inside = charts.distance_inside(there > 0.5)
         rise = smoothstep(-2.0, RISE, inside)
         steep = np.clip((STEEP * inside + 1) / np.maximum(tall, 1e-3), 0, 1)

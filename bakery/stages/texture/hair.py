@@ -15,6 +15,7 @@ from bakery.landmarks import CHIN, OVAL, face_size
 from bakery.stages.atlas import Atlas, soften, uv_polygon
 from bakery.stages.hair.portrait import without_bare_rims, without_cloth_colors, without_clothes
 from bakery.stages.hair.presence import trusted, weighed
+from bakery.stages.hair.temples import temples_of
 from bakery.stages.segment import (
     BACKGROUND,
     BEARD,
@@ -38,6 +39,10 @@ SPECK = 0.04  # of the eye distance, side of the largest hole in hair that is ta
 HAIRLINE = 1 / 25  # of the atlas's side: twice how far off the scalp a hairline's strip reaches
 UP_TO_SCALP = 1.08  # of the face's contour: between it and the scalp nothing gapes
 JAW = 20.0  # mm above the chin, where the layer has gone
+LOOK = (
+    0.1,
+    0.3,
+)  # cosine: at a slant the photo says where hair is, not how it looks: a pixel is a streak
 SQUARE = (
     0.1,
     0.45,
@@ -202,7 +207,11 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     near = _from_both(here[..., None], near.astype(np.float32), own)
     usual = growth * smoothstep(0.35, 0.65, both_sides(near, on_skin))[..., 0]
     grown = weighed(own, other, here, usual, blurred)
-    own = soften(own.astype(np.float32), inside)
+    grown = temples_of(head, atlas.at(head.mean)).smooth(
+        grown.reshape(-1)[atlas.index], visibility.cosine * told.reshape(-1)[atlas.index]
+    )
+    grown = atlas.paint(grown)
+    own = soften(np.minimum(own, smoothstep(*LOOK, cosine)).astype(np.float32), inside)
     seen = on_skin + strip * (own - on_skin)
     shown = np.clip(seen * here + own * edge, 0, 1)
 

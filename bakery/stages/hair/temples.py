@@ -1,0 +1,101 @@
+"""Hairlines beside the face: on each side one smooth line from the forehead to the ear.
+
+There a photo sees the skin at a slant: a pixel is a streak of it, an error of the fit is a centimetre, and
+the arms of glasses lie over it. What it tells is ragged, with notches behind locks.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from bakery.geometry.fill import normalized_blur, smoothstep
+from bakery.geometry.sample import bilinear
+from bakery.heads.base import HeadModel
+from bakery.heads.scalp import ear_box, unrolled
+
+CELL = 3.0  # mm
+FIRST = 40.0  # mm across from the face's middle, from where on a hairline is looked for
+BESIDE = 52.0, 68.0  # mm across, from which it is smoothed, not and wholly
+EAR = 2.0, -6.0  # mm beyond the front of an ear, from which it is not, up to which wholly
+PEAK = 115.0, 95.0  # mm up, the same: higher, the unrolled head is not true to scale
+SIDEBURN = -30.0, -22.0  # mm from the top of an ear, the same
+FIRM = 0.2, 0.45  # cosine to the camera up to which the line counts, and from which on the photo
+LEAST = 0.06  # of a full weight, of what nobody sees
+STEADY = 7  # rows of which the middle one counts: a notch or spike of 9 mm is none
+SMOOTH = 2.0  # rows
+SOFT = 5.0  # mm on both sides of the line over which hair begins
+
+
+@dataclass(frozen=True)
+class Temples:
+    """Places on the skin of a head, and where its ears are."""
+
+    flat: np.ndarray  # [..., 2] mm on the unrolled head (`heads.scalp.unrolled`)
+    left: np.ndarray  # [...] bool, on the subject's left
+    front: float  # mm across, where ears begin
+    top: float  # mm up, where they end
+
+    def smooth(self, hair: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+        """Where hair grows [...] 0..1, with one smooth line beside the face on each side.
+
+        Above the ears all behind the first hair is hair; beside them, what joins the ear.
+
+        Args:
+            hair: [...] 0..1, as it was told.
+            cosine: [...] between the skin and the line of sight, 0 where nothing is told.
+        """
+        values, flat = hair.ravel(), self.flat.reshape(-1, 2)
+        weight = np.maximum(cosine.ravel(), 0) + LEAST
+        lowest = self.top + SIDEBURN[0]
+        wide, tall = (int(size / CELL) + 1 for size in (self.front - FIRST, PEAK[0] - lowest))
+        cells = (flat - [FIRST, lowest]) / CELL
+        inside = ((cells >= 0) & (cells < [wide, tall])).all(1)
+        index = cells[:, 1].astype(int) * wide + cells[:, 0].astype(int)
+        above = lowest + (np.arange(tall) + 0.5) * CELL > self.top
+        share = self._share(flat, cosine.ravel())
+        out = np.array(values, np.float32)
+        for side in (self.left.ravel(), ~self.left.ravel()):
+            mine = np.flatnonzero(inside & side)
+            total, known = (
+                np.bincount(index[mine], each, wide * tall).reshape(tall, wide).astype(np.float32)
+                for each in (weight[mine] * values[mine], weight[mine])
+            )
+            begins = _line(normalized_blur(total / np.maximum(known, 1e-6), known, 1.0), above)
+            mine = np.flatnonzero((share > 0) & side)
+            row = np.stack([np.zeros(len(mine)), cells[mine, 1]], -1)
+            beyond = CELL * (cells[mine, 0] - bilinear(begins[:, None], row))
+            out[mine] += share[mine] * (smoothstep(-SOFT, SOFT, beyond) - out[mine])
+        return out.reshape(hair.shape)
+
+    def _share(self, flat, cosine):
+        """How far the line counts at places [n]."""
+        across, up = flat.T
+        share = smoothstep(*BESIDE, across) * smoothstep(*(self.front + np.array(EAR)), across)
+        share = share * smoothstep(*PEAK, up) * smoothstep(*(self.top + np.array(SIDEBURN)), up)
+        return share * (1 - smoothstep(*FIRM, cosine))
+
+
+def temples_of(head: HeadModel, points: np.ndarray) -> Temples:
+    """The temples of a head at points [..., 3] mm on its skin."""
+    front, _, _, top = ear_box(head)
+    return Temples(unrolled(head)(points), points[..., 0] > 0, float(front), float(top))
+
+
+def _line(hair, above):
+    """Columns [rows] at which hair begins; the number of columns where there is none.
+
+    Args:
+        hair: [rows, columns] 0..1, from the face to the ear.
+        above: [rows] bool, above the ear.
+    """
+    there = hair > 0.5
+    joined = np.logical_and.accumulate(there[:, ::-1], 1)[:, ::-1]
+    solid = np.where(above[:, None], there, joined)
+    begins = np.where(solid.any(1), solid.argmax(1), hair.shape[1]).astype(np.float32)
+    padded = np.pad(begins, STEADY // 2, "edge")
+    steady = np.median(np.lib.stride_tricks.sliding_window_view(padded, STEADY), 1)
+    line: np.ndarray = cv2.GaussianBlur(
+        steady[:, None], (1, 0), 1e-3, sigmaY=SMOOTH, borderType=cv2.BORDER_REPLICATE
+    )[:, 0]
+    return line

@@ -1,0 +1,91 @@
+"""Hairlines beside the face: one smooth line, which leaves alone what is smooth and what is seen squarely."""
+
+import numpy as np
+import pytest
+
+from bakery.stages.hair.portrait import _unlike_backdrop
+from bakery.stages.hair.temples import Temples, temples_of
+
+FRONT, TOP = 128.0, 6.0  # mm, as the built-in head has them
+ACROSS, UP = np.meshgrid(np.arange(30.0, 140.0, 2.0), np.arange(-40.0, 120.0, 2.0))
+BETWEEN = (ACROSS > 72) & (ACROSS < 116) & (UP > -10) & (UP < 90)  # where the line counts wholly
+
+
+@pytest.fixture(scope="module")
+def left():
+    flat = np.stack([ACROSS, UP], -1)
+    return Temples(flat, np.ones(ACROSS.shape, bool), FRONT, TOP)
+
+
+def sloping(up):
+    """Across [...] mm at which hair begins: a line from the forehead to the ear."""
+    return 118.0 - 0.45 * (up + 10)
+
+
+def test_a_smooth_line_stays(left):
+    hair = (ACROSS > sloping(UP)).astype(np.float32)
+    out = left.smooth(hair, np.zeros(hair.shape))
+    off = np.abs(ACROSS - sloping(UP))
+    # 8 mm: half of a soft edge, a cell, and what the middle of seven rows leaves at a slope.
+    assert np.abs(out - hair)[BETWEEN & (off > 8)].max() < 0.05
+
+
+def test_notches_and_spikes_go(left):
+    hair = (ACROSS > sloping(UP)).astype(np.float32)
+    hair[(UP > 30) & (UP < 44) & (ACROSS > sloping(UP) + 6)] = (
+        0  # a notch behind a lock, above the ear
+    )
+    hair[(UP > 60) & (UP < 66) & (ACROSS > 60)] = 1  # a spike of three rows
+    out = left.smooth(hair, np.zeros(hair.shape))
+    plain = ACROSS > sloping(UP)
+    off = np.abs(ACROSS - sloping(UP))
+    assert np.abs(out - plain)[BETWEEN & (off > 8)].max() < 0.05
+
+
+def test_beside_an_ear_only_what_joins_it_is_a_sideburn(left):
+    hair = ((UP > 20) & (ACROSS > 80)).astype(np.float32)
+    hair[(UP < 0) & (ACROSS > 75) & (ACROSS < 95)] = 1  # the arm of glasses
+    out = left.smooth(hair, np.zeros(hair.shape))
+    assert out[(UP < -8) & (UP > -14) & (ACROSS > 72) & (ACROSS < 116)].max() < 0.05
+
+
+def test_what_is_seen_squarely_stays_as_it_is(left):
+    hair = (np.random.default_rng(1).random(ACROSS.shape) > 0.5).astype(np.float32)
+    assert np.array_equal(left.smooth(hair, np.full(hair.shape, 0.5)), hair)
+
+
+def test_nothing_changes_before_the_face_nor_behind_the_ear(left):
+    hair = (np.random.default_rng(2).random(ACROSS.shape) > 0.5).astype(np.float32)
+    out = left.smooth(hair, np.zeros(hair.shape))
+    outside = (ACROSS < 52) | (ACROSS > FRONT + 2) | (UP > 115) | (UP < TOP - 30)
+    assert np.array_equal(out[outside], hair[outside]) and (out != hair).any()
+
+
+def test_sides_do_not_tell_of_each_other():
+    flat = np.stack([ACROSS, UP], -1)
+    both = Temples(np.stack([flat, flat]), np.stack([ACROSS > 0, ACROSS < 0]), FRONT, TOP)
+    one, none = (ACROSS > sloping(UP)).astype(np.float32), np.zeros(ACROSS.shape, np.float32)
+    out = both.smooth(np.stack([one, none]), np.zeros((2, *ACROSS.shape)))
+    assert out[1][BETWEEN].max() == 0 and out[0][BETWEEN].max() > 0.99
+
+
+def test_a_head_has_its_ears_where_its_temples_end(head):
+    points = head.mean
+    found = temples_of(head, points)
+    assert found.flat.shape == (len(points), 2)
+    assert np.array_equal(found.left, points[:, 0] > 0)
+    assert 100 < found.front < 150 and -10 < found.top < 40
+
+
+def test_shaded_hair_is_no_backdrop():
+    """Between hair and backdrop lie the colours of strands apart; what is darker than both is hair."""
+    picture = np.full((60, 60, 3), (0.6, 0.45, 0.3), np.float32)  # hair
+    backdrop = np.zeros((60, 60), bool)
+    backdrop[:, :20] = True
+    picture[backdrop] = (0.3, 0.4, 0.6)
+    picture[20:40, 20:32] = (0.08, 0.06, 0.05)  # in the shade
+    picture[44:56, 20:32] = (0.33, 0.4, 0.57)  # the backdrop, seen through
+    hair = (~backdrop).astype(np.float32)
+    kept = _unlike_backdrop(picture, hair, backdrop, 60, 1.0)
+    assert kept[24:36, 23:29].min() > 0.95
+    assert kept[47:53, 23:26].max() < 0.3
