@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from bakery.stages.hair.portrait import _unlike_backdrop
+from bakery.landmarks import EYES
+from bakery.stages.hair.portrait import _unlike_backdrop, without_glare
 from bakery.stages.hair.temples import Temples, temples_of
 
 FRONT, TOP = 128.0, 6.0  # mm, as the built-in head has them
@@ -89,3 +90,30 @@ def test_shaded_hair_is_no_backdrop():
     kept = _unlike_backdrop(picture, hair, backdrop, 60, 1.0)
     assert kept[24:36, 23:29].min() > 0.95
     assert kept[47:53, 23:26].max() < 0.3
+
+
+def lit_from_behind(hair):
+    """Picture, labels of hair and of skin, and landmarks: a temple that glares, labelled hair."""
+    picture = np.full((80, 100, 3), (0.7, 0.5, 0.4), np.float32)
+    solid = np.zeros((80, 100), bool)
+    solid[:, 70:] = True
+    picture[solid] = hair
+    skin = ~solid
+    picture[20:60, 70:76] = 0.95
+    points = np.tile([40.0, 64.0], (478, 1))  # eyes end at column 40, below the glare
+    return picture, solid, skin, points
+
+
+def test_light_that_glares_on_a_temple_is_no_hair():
+    picture, solid, skin, points = lit_from_behind((0.25, 0.18, 0.12))
+    kept = without_glare(picture, solid, skin, points, 1.0)
+    assert not kept[22:58, 70:76].any() and kept[:, 80:].all() and kept[:16, 70:].all()
+
+
+def test_white_hair_and_locks_above_the_eyes_stay():
+    picture, solid, skin, points = lit_from_behind((0.85, 0.85, 0.85))
+    assert np.array_equal(without_glare(picture, solid, skin, points, 1.0), solid)
+    picture, solid, skin, points = lit_from_behind((0.25, 0.18, 0.12))
+    points[:, 0] = np.linspace(0, 99, len(points))
+    points[np.concatenate(EYES), 0] = np.linspace(2, 98, len(np.concatenate(EYES)))
+    assert np.array_equal(without_glare(picture, solid, skin, points, 1.0), solid)

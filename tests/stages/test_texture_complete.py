@@ -245,13 +245,34 @@ def test_what_is_no_skin_beyond_the_face_is_left_out(head, atlas, face):
     patch[row - 8 : row + 8, column - 8 : column + 8] = True
     albedo = np.tile(TONE, (SIZE, SIZE, 1))
     albedo[patch] = 0.6  # a white collar
-    assert without_foreign(albedo, on_skin, head)[patch & beyond].max() == 0
-    assert without_foreign(albedo, on_skin, head)[face > 0].min() >= on_skin[face > 0].min()
+    square = np.zeros((SIZE, SIZE), np.float32)
+    out = without_foreign(albedo, on_skin, square, head)
+    assert out[patch & beyond].max() == 0
+    assert out[face > 0].min() >= on_skin[face > 0].min()
+    plain = np.tile(TONE, (SIZE, SIZE, 1))
     # An island of true skin colour far from the face is left out as well.
     lone = np.maximum(face, patch) * on_skin
-    assert without_foreign(np.tile(TONE, (SIZE, SIZE, 1)), lone, head)[patch & beyond].max() == 0
-    plain = np.tile(TONE, (SIZE, SIZE, 1))
-    assert np.array_equal(without_foreign(plain, on_skin, head), on_skin)
+    assert without_foreign(plain, lone, square, head)[patch & beyond].max() == 0
+    assert np.array_equal(without_foreign(plain, on_skin, square, head), on_skin)
+
+
+def test_glare_on_skin_seen_at_a_slant_is_left_out(head, atlas, face):
+    on_skin = atlas.paint(np.ones(len(atlas.index), np.float32))
+    albedo = np.tile(TONE, (SIZE, SIZE, 1))
+    row, column = np.argwhere(face > 0).mean(0).astype(int)
+    patch = (slice(row - 8, row + 8), slice(column - 8, column + 8))
+    albedo[patch] = 0.9  # a light behind the head
+    slant = np.zeros((SIZE, SIZE), np.float32)
+    assert without_foreign(albedo, on_skin, slant, head)[patch].min() == 1, (
+        "a highlight, seen squarely"
+    )
+    slant[patch] = 1
+    out = without_foreign(albedo, on_skin, slant, head)
+    assert out[row - 5 : row + 5, column - 5 : column + 5].max() < 0.05
+    out[row - 20 : row + 20, column - 20 : column + 20] = on_skin[
+        row - 20 : row + 20, column - 20 : column + 20
+    ]
+    assert np.array_equal(out, on_skin)
 
 
 def test_borders_off_the_face_fade_inwards():

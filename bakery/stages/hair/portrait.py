@@ -10,6 +10,7 @@ from bakery.geometry.color import LUMA, to_linear
 from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
 from bakery.geometry.raster import rasterize
 from bakery.heads.base import HeadModel
+from bakery.landmarks import EYES
 from bakery.stages.segment import BACKGROUND, CLOTHES, EARS, HAIR, HAT, HIDDEN, SKIN, Segmentation
 from bakery.types import Camera, Fit
 
@@ -18,6 +19,8 @@ ASIDE, ABOVE, BELOW = 190.0, 160.0, 330.0  # mm around the middle of the head th
 SPECK = 60.0, 0.08  # mm2, share of all hair: smaller patches of hair are mistakes
 WISP = 5.0  # mm around the outline in which the photo says what is hair
 THIN = 13.0  # mm, half of the width of what may be a bald top's rim
+GLARES = 0.12, 0.06  # of sRGB: lighter than skin and hair, and less red than skin
+BESIDE_SKIN, HALF_LIT = 12.0, 2.0  # mm beside skin that it glares; around it, what is half as light
 MOSTLY = 0.5  # of all hair: more of it like skin, and all is
 SKINNY = 0.17  # distance of sRGB colours below which it is bare
 UNLIKE = 0.35  # distance of sRGB colours of two patches that are not both hair
@@ -114,6 +117,8 @@ def look(
     scale_mm = mm * scale
     solid = (regions == HAIR) & (labels != HAT)
     solid = without_bare_rims(picture, solid, regions == SKIN, scale_mm)
+    marks = cameras.project(head.landmarks(neutral), cut)
+    solid = without_glare(picture, solid, regions == SKIN, marks, scale_mm)
     solid = before_face(picture, solid, labels, regions, scale_mm)
     solid = without_clothes(solid, regions == CLOTHES, scale_mm)
     solid = without_cloth_colors(picture, solid, regions == CLOTHES, scale_mm)
@@ -267,6 +272,39 @@ def without_bare_rims(
         return np.zeros_like(solid)
     shine = kept.any() and np.median(picture[kept] @ LUMA) > np.median(picture[skin] @ LUMA)
     return solid if shine and _above(kept, bare) else kept
+
+
+def without_glare(
+    picture: np.ndarray, solid: np.ndarray, skin: np.ndarray, points: np.ndarray, scale: float
+) -> np.ndarray:
+    """Labelled hair [H, W] bool without light from behind that glares on the temples beside it.
+
+    It is whiter than skin, and far lighter than skin and hair both. White hair cannot be told from it.
+
+    Args:
+        picture: [H, W, 3] sRGB-encoded.
+        solid, skin: [H, W] bool, what is labelled hair and skin.
+        points: [L, 2] pixels, landmarks.
+        scale: pixels a millimetre.
+    """
+    if not skin.any() or not solid.any():
+        return solid
+    smooth = normalized_blur(picture, (solid | skin).astype(np.float32), max(0.6 * scale, 0.3))
+    level, tint = smooth @ LUMA, smooth[..., 0] - smooth[..., 2]
+    of_skin = np.median(level[skin])
+    if np.median(level[solid]) > of_skin:
+        return solid
+    white = solid & (level > of_skin + GLARES[0]) & (tint < np.median(tint[skin]) - GLARES[1])
+    eyes = points[np.concatenate([*EYES])]
+    row, column = (np.arange(n) + 0.5 for n in solid.shape)
+    white &= (column < eyes[:, 0].min()) | (column > eyes[:, 0].max())
+    white &= (row < eyes[:, 1].max())[:, None]  # lower, a white backdrop shows below ears
+    across = np.ones((1, 2 * int(BESIDE_SKIN * scale) + 1), np.uint8)
+    near = cv2.dilate(skin.astype(np.uint8), across) > 0
+    size = 2 * max(int(HALF_LIT * scale), 1) + 1
+    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    around = cv2.dilate((white & near).astype(np.uint8), disk) > 0
+    return solid & ~around
 
 
 def _above(one, other):

@@ -13,7 +13,12 @@ from bakery.heads.base import HeadModel
 from bakery.heads.scalp import BROW, EYE, ear_box, ear_depth, scalp, unrolled
 from bakery.landmarks import CHIN, OVAL, face_size
 from bakery.stages.atlas import Atlas, soften, uv_polygon
-from bakery.stages.hair.portrait import without_bare_rims, without_cloth_colors, without_clothes
+from bakery.stages.hair.portrait import (
+    without_bare_rims,
+    without_cloth_colors,
+    without_clothes,
+    without_glare,
+)
 from bakery.stages.hair.presence import trusted, weighed
 from bakery.stages.hair.temples import temples_of
 from bakery.stages.segment import (
@@ -35,6 +40,7 @@ EYES_APART = 90.0  # mm, `face_size` of a mean head
 HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
 SHOWN_STRIP = (0.18, 0.13)  # the layer shows none, all: wider, so that nothing gapes between both
 HALO = (0.015, 0.04)  # of the eye distance, from the background: its light is on what is nearer
+HINGE = (1.0, 3.5)  # mm from glasses: none of hair and its strip is taken, all is
 SPECK = 0.04  # of the eye distance, side of the largest hole in hair that is taken for a mistake
 HAIRLINE = 1 / 25  # of the atlas's side: twice how far off the scalp a hairline's strip reaches
 UP_TO_SCALP = 1.08  # of the face's contour: between it and the scalp nothing gapes
@@ -95,6 +101,7 @@ def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarra
     hair = without_clothes(segmentation.regions == HAIR, clothes, scale)
     hair = without_cloth_colors(picture, hair, clothes, scale)
     hair = without_bare_rims(picture, hair, segmentation.regions == SKIN, scale)
+    hair = without_glare(picture, hair, segmentation.regions == SKIN, points, scale)
     away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
     taken = smoothstep(*HAIR_STRIP, away) if hair.any() else np.ones(hair.shape)
     shown = smoothstep(*SHOWN_STRIP, away) if hair.any() else np.zeros(hair.shape)
@@ -105,6 +112,9 @@ def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarra
     hair = hair * (1 - _pockets(encoded, segmentation.regions, off))
     strip = shown * ((segmentation.regions == SKIN) | (around & ~behind))
     occluder = np.isin(segmentation.regions, (GLASSES, HIDDEN))
+    if occluder.any():  # hinges and arms of glasses are wider than their labels
+        off = cv2.distanceTransform((~occluder).astype(np.uint8), cv2.DIST_L2, 3) / scale
+        clear = clear * smoothstep(*HINGE, off)
     shadow = np.zeros(hair.shape) if segmentation.shadow is None else segmentation.shadow
     layers = (
         segmentation.skin * taken,
@@ -211,11 +221,14 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
         grown.reshape(-1)[atlas.index], visibility.cosine * told.reshape(-1)[atlas.index]
     )
     grown = atlas.paint(grown)
-    own = soften(np.minimum(own, smoothstep(*LOOK, cosine)).astype(np.float32), inside)
-    seen = on_skin + strip * (own - on_skin)
-    shown = np.clip(seen * here + own * edge, 0, 1)
+    own, look = (
+        soften(weight.astype(np.float32), inside)
+        for weight in (own, np.minimum(own, smoothstep(*LOOK, cosine)))
+    )
+    seen = on_skin + strip * (look - on_skin)
+    shown = np.clip(seen * here + look * edge, 0, 1)
 
-    lock = here * seen
+    lock = here * (on_skin + strip * (own - on_skin))
     if lock.sum() < 1e-4 * len(pixels):
         return np.concatenate([color, np.ones_like(color[..., :1])], -1) * shown[..., None]
     sure = cv2.erode((lock > 0.9).astype(np.float32), np.ones((5, 5), np.uint8)) * growth

@@ -22,6 +22,8 @@ CONTRAST = 2.0  # of the shading of what faces the camera
 AHEAD = np.array([[0, 0, 1], [-0.8, 0, 0.6], [0.8, 0, 0.6], [0, -0.8, 0.6], [0, 0.8, 0.6]])
 SLANTING = (75.0, 55.0)  # degrees from which on tones are not believed, and up to which they are
 PALER = 0.6  # log of red over blue: skin of one face, in all its parts, differs less
+GRAZING = (75.0, 45.0)  # degrees: from the second on the light behind a head may glare on its skin
+GLARE_PALER, GLARE_LIGHTER = (0.2, 0.45), (0.15, 0.4)  # log of red over blue, and of luminance
 UP_TO_HAIR = 0.9  # of the face's contour
 HAIR_DARKER, HAIR_PALER = (0.3, 0.7), (0.2, 0.45)  # log by which beards are darker and less red
 BLUR = 1 / 500  # of the atlas's side, before colours are compared
@@ -156,7 +158,8 @@ def unwrap_albedo(
     shade = photo_shade(fit, head, vertices, atlas)
     on_skin = atlas.paint(np.ones(len(pixels), np.float32))
     albedo = atlas.paint(reflectance(color, shade))
-    weight = without_foreign(albedo, atlas.paint(weight), head)
+    slant = atlas.paint(1 - visibility.weight(*GRAZING))
+    weight = without_foreign(albedo, atlas.paint(weight), slant, head)
     beard = bearded(albedo, weight, head)
     shadow = atlas.paint(bilinear(mattes.shadow, pixels)) * (1 - beard)
     square = np.maximum(atlas.paint(visibility.weight(*SLANTING)), inner_face(head, atlas.size))
@@ -211,14 +214,18 @@ def bearded(albedo: np.ndarray, weight: np.ndarray, head: HeadModel) -> np.ndarr
     return np.float32(hair * below[:, None] * face * (weight > 0))
 
 
-def without_foreign(albedo: np.ndarray, weight: np.ndarray, head: HeadModel) -> np.ndarray:
+def without_foreign(
+    albedo: np.ndarray, weight: np.ndarray, slant: np.ndarray, head: HeadModel
+) -> np.ndarray:
     """The weight [T, T] without what is no skin of this face, though it was called skin.
 
     Beyond the face's contour, bits of collars, jewels and walls are left: they are less red than the
-    face's skin, or islands.
+    face's skin, or islands. Light from behind glares on skin that is seen at a slant: it is whiter and
+    lighter, and drawn out over the side of the face.
 
     Args:
         albedo: [T, T, 3] linear; weight: [T, T] 0..1.
+        slant: [T, T] 0..1, 1 where the skin is seen at a slant.
     """
     size = len(albedo)
     face = uv_polygon(head, OVAL, 1.0, size) > 0
@@ -227,6 +234,10 @@ def without_foreign(albedo: np.ndarray, weight: np.ndarray, head: HeadModel) -> 
         return weight
     blurred = cv2.GaussianBlur(albedo * weight[..., None], (0, 0), BLUR * size)
     tint = np.log(np.maximum(blurred[..., 0], 1e-4) / np.maximum(blurred[..., 2], 1e-4))
+    level = np.log(np.maximum(normalized_blur(albedo @ LUMA, weight, BLUR * size), 1e-4))
+    white = smoothstep(*GLARE_PALER, np.median(tint[sure]) - tint)
+    white *= smoothstep(*GLARE_LIGHTER, level - np.median(level[sure]))
+    weight = weight * (1 - cv2.dilate(np.float32(slant * white), np.ones((size // 100 | 1,) * 2)))
     pale = tint < np.median(tint[sure]) - PALER
     pale = cv2.dilate((pale & (weight > 0)).astype(np.uint8), np.ones((size // 200 | 1,) * 2))
     out = np.where(face, weight, weight * (1 - pale))
