@@ -214,12 +214,19 @@ def joined(people):
     )
 
 
+@numba.njit(cache=True, nogil=True)
 def _within(columns, low, high):
     """Which of the points [3, N] lie in a box: indices."""
-    inside = np.ones(columns.shape[1], bool)
-    for values, least, most in zip(columns, low, high):
-        inside &= (values > least) & (values < most)
-    return np.flatnonzero(inside)
+    out = np.empty(columns.shape[1], np.int64)
+    count = 0
+    for n in range(columns.shape[1]):
+        inside = True
+        for d in range(3):
+            inside &= low[d] < columns[d, n] < high[d]
+        if inside:
+            out[count] = n
+            count += 1
+    return out[:count].copy()
 
 
 def _curve(line, marks, mirror):
@@ -260,7 +267,7 @@ def _cut(line, off, position, points, seed):
 
 
 @numba.njit(cache=True, nogil=True)
-def _nearest(curve, points, index, along):
+def _measured(curve, points, off, side, position):
     for n in range(len(points)):
         best = 1e30
         for k in range(len(curve) - 1):
@@ -277,18 +284,21 @@ def _nearest(curve, points, index, along):
                 distance += gap * gap
             if distance < best:
                 best = distance
-                index[n] = k
-                along[n] = t
+                x, y = curve[k + 1, 0] - curve[k, 0], curve[k + 1, 1] - curve[k, 1]
+                right, up = (
+                    points[n, 0] - curve[k, 0] - t * x,
+                    points[n, 1] - curve[k, 1] - t * y,
+                )
+                side[n] = np.sign(x * up - y * right)
+                position[n] = (k + t) / (len(curve) - 1)
+        off[n] = np.sqrt(best)
 
 
 def _beside(curve, points, left):
     """Distance [n] mm from a curve, the side (+1 outwards of one that runs down), place 0..1."""
-    index, along = np.zeros(len(points), np.int64), np.zeros(len(points))
-    _nearest(np.ascontiguousarray(curve), np.ascontiguousarray(points, float), index, along)
-    step = curve[index + 1] - curve[index]
-    gap = points - (curve[index] + along[:, None] * step)
-    side = np.sign(step[:, 0] * gap[:, 1] - step[:, 1] * gap[:, 0]) * (1 if left else -1)
-    return np.linalg.norm(gap, axis=1), side, (index + along) / (len(curve) - 1)
+    off, side, position = np.zeros((3, len(points)))
+    _measured(np.ascontiguousarray(curve), np.ascontiguousarray(points, float), off, side, position)
+    return off, side if left else -side, position
 
 
 def _pulled(line, head, neutral, mirror, actions):
