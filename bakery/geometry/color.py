@@ -29,3 +29,10 @@ def to_bytes(encoded: np.ndarray) -> np.ndarray:
     """sRGB-encoded colours [H, W, 3] float32 0..1 to uint8, the nearest byte; clipped."""
     # One pass that clips both ends: `convertScaleAbs` would make negative ones positive.
     return cv2.addWeighted(encoded, 255, encoded, 0, 0, dtype=cv2.CV_8U)
+
+
+def held(logs: np.ndarray, middle: np.ndarray, most: float) -> np.ndarray:
+    """Log colours [..., 3] whose luminance differs from that of a middle one [3] by `most` at most."""
+    off = (logs - middle) @ LUMA.astype(logs.dtype)
+    out: np.ndarray = logs + (np.clip(off, -most, most) - off)[..., None]
+    return out

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bakery.geometry import rotation
+from bakery.geometry.color import LUMA
 from bakery.geometry.sample import bilinear
 from bakery.hair.cards import CardHair
 from bakery.hair.layer import HairLayer
@@ -353,3 +354,20 @@ def test_a_hairline_where_skin_shines_through_does_not_colour_the_back():
     made = np.exp(_tone(color, sure, np.ones((256, 256), np.float32), photo, mattes))
     np.testing.assert_allclose(made[200:], np.broadcast_to(hair, (56, 256, 3)), rtol=0.02)
     np.testing.assert_allclose(made[55, 128], hair, rtol=0.05)
+
+
+def test_a_shaded_rim_does_not_colour_a_side():
+    """A tenth of the hair lies in the dark: what continues it is about as light as the rest."""
+    dark, light = (
+        np.array([0.01, 0.008, 0.006], np.float32),
+        np.array([0.1, 0.08, 0.06], np.float32),
+    )
+    nothing = np.zeros((64, 64), np.float32)
+    photo = np.full((64, 64, 3), (0.5, 0.35, 0.3), np.float32)
+    photo[:36], photo[36:40] = light, dark
+    mattes = replace(Mattes(*[nothing] * 7), hair=nothing.copy(), skin=nothing.copy())
+    mattes.hair[:40], mattes.skin[40:] = 1, 1
+    color, sure = np.full((256, 256, 3), dark, np.float32), np.zeros((256, 256), np.float32)
+    sure[20:60, 64:192] = 1
+    made = np.exp(_tone(color, sure, np.ones((256, 256), np.float32), photo, mattes))
+    assert (made @ LUMA).min() > np.exp(-0.55) * (light @ LUMA)

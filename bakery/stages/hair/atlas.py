@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from bakery.geometry import camera as cameras
-from bakery.geometry.color import LUMA, to_encoded
+from bakery.geometry.color import LUMA, held, to_encoded
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
@@ -155,8 +155,7 @@ class Painter:
             beside = (rows > DOME // 2) & (np.cos(charts.azimuth()[columns]) < BESIDE)
             middle = self._middle(values[rows, columns], beside)
             # The shaded rim of a side, spread over all of it, would be hair of another colour.
-            off = (on - middle) @ LUMA.astype(np.float32)
-            on = on + (np.clip(off, -DIFFERS, DIFFERS) - off)[..., None]
+            on = held(on, middle, DIFFERS)
             far = 1 - smoothstep(0.0, 0.2, charts.smooth(weight.astype(float), 50.0))[..., None]
             on = on + UNSEEN * far * (middle - on)
         return charts.smooth(on.astype(float), 6.0)
