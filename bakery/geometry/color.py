@@ -31,8 +31,16 @@ def to_bytes(encoded: np.ndarray) -> np.ndarray:
     return cv2.addWeighted(encoded, 255, encoded, 0, 0, dtype=cv2.CV_8U)
 
 
-def held(logs: np.ndarray, middle: np.ndarray, most: float) -> np.ndarray:
-    """Log colours [..., 3] whose luminance differs from that of a middle one [3] by `most` at most."""
-    off = (logs - middle) @ LUMA.astype(logs.dtype)
-    out: np.ndarray = logs + (np.clip(off, -most, most) - off)[..., None]
+def held(logs: np.ndarray, middle: np.ndarray, most: float, tint: float = np.inf) -> np.ndarray:
+    """Log colours [..., 3] near a middle one [3].
+
+    Args:
+        most: by which their luminance differs from its at most.
+        tint: by which a channel, over their luminance, differs at most.
+    """
+    off = logs - middle
+    level = (off @ LUMA.astype(logs.dtype))[..., None]
+    out: np.ndarray = (
+        middle + np.clip(level, -most, most) + np.clip(off - level, -tint, tint)
+    ).astype(logs.dtype)
     return out

@@ -6,12 +6,22 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from bakery.geometry.mesh import vertex_normals
 from bakery.heads.scalp import ear_box, ear_depth, unrolled
 from bakery.stages.atlas import make_atlas
-from bakery.stages.texture.hairline import CAP, THINS, _sampled, with_short_hair
+from bakery.stages.texture.hairline import (
+    CAP,
+    GOES_ON,
+    THINS,
+    _sampled,
+    in_tones_of,
+    with_short_hair,
+)
+from bakery.types import Camera
 
 SIZE = 256
-COLOR = 0.1, 0.05, 0.02
+BEFORE = Camera(1000.0, np.array([200.0, 200.0]), np.zeros(3), np.array([0, 0, -1100.0]), 400, 400)
+COLOR, RED = (0.1, 0.05, 0.02), (0.3, 0.1, 0.06)
 
 
 @pytest.fixture(scope="module")
@@ -62,3 +72,27 @@ def test_no_cap_no_hair(head, mesh):
     cards = replace(mesh, kind=np.maximum(mesh.kind, 1))
     np.testing.assert_array_equal(with_short_hair(layer, cards, head, head.mean), layer)
     np.testing.assert_array_equal(with_short_hair(layer, None, head, head.mean), layer)
+
+
+def test_what_is_made_up_has_the_tones_of_the_mesh(head, atlas, mesh):
+    red = np.array([*RED, 0.5], np.float32) * [0.5, 0.5, 0.5, 1]
+    layer = np.broadcast_to(red, (SIZE, SIZE, 4)).astype(np.float32)
+    out = in_tones_of(layer, mesh, head, head.mean, BEFORE)
+    np.testing.assert_array_equal(out[..., 3], layer[..., 3])
+    color = (out[..., :3] / out[..., 3:]).reshape(-1, 3)[atlas.index]
+    points = atlas.at(head.mean)
+    normals = atlas.at(vertex_normals(head.mean, head.faces))
+    away, _ = cKDTree(_sampled(mesh, mesh.faces[(mesh.kind == CAP) & mesh.shown(0)])[0]).query(
+        points
+    )
+    # Well behind the rim that the photo shows, and well before it; a coarser grid is blurred between.
+    beside, square = (away < GOES_ON[1]) & (normals[:, 2] < -0.3), normals[:, 2] > 0.6
+    np.testing.assert_allclose(np.median(color[beside], 0), COLOR, rtol=0.1)
+    changed = np.abs(color / RED - 1).max(1)
+    assert np.quantile(changed[square], 0.95) < 0.02  # folds of ears face the camera too
+    assert changed[away > GOES_ON[0] + 10].max() < 0.02
+
+
+def test_without_a_cap_tones_stay(head):
+    layer = np.ones((SIZE, SIZE, 4), np.float32)
+    np.testing.assert_array_equal(in_tones_of(layer, None, head, head.mean, BEFORE), layer)

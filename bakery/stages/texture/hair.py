@@ -56,7 +56,7 @@ SQUARE = (
 SIDEBURN = (-6.0, 8.0)  # mm above the middle of an ear, up to which the layer shows none, all
 LOBE = 6.0  # mm before an ear from which it shows all
 POCKETS = 0.25  # of the eye distance, from the background: how far between strands it is seen
-DIFFERS = 0.5  # log brightness by which what is made up differs from the middle of the seen
+DIFFERS = 0.5, 0.12  # log brightness, and tint, by which what is made up differs from the middle
 LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
 ON_SKIN = (89.0, 82.0)  # degrees: off the scalp the photo says nothing beyond the first
 BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
@@ -332,12 +332,12 @@ def _tone(color, sure, own, linear, mattes):
         off = [np.linalg.norm(shown - to_encoded(each), axis=-1) for each in both]
         kept = kept * smoothstep(*LIKE, off[1] / np.maximum(off[0] + off[1], 1e-6))
     elif shining == 0:
-        return held(_from_both(dark, sure, own), middle, DIFFERS)
+        return held(_from_both(dark, sure, own), middle, *DIFFERS)
     tone = np.broadcast_to(middle, dark.shape)
     if kept.sum() >= LEFT * sure.sum():
         # The border of what is seen is a hairline, where skin shines through: it does not tell of the back.
         tone = middle + _beside(kept) * (_from_both(dark, kept.astype(np.float32), own) - middle)
-    tone = held(tone, middle, DIFFERS)
+    tone = held(tone, middle, *DIFFERS)
     if shining == 0:
         return tone
     # A highlight fades out, or what is made up would end at its border.

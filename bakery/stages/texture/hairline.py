@@ -1,15 +1,17 @@
-"""Single short hairs on the skin around hair with volume: a hairline thins out, a mesh ends at an edge."""
+"""The hair's layer on the skin beside hair with volume: its colours go on, and its hairline thins out."""
 
 import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
+from bakery.geometry import camera as cameras
 from bakery.geometry.fill import normalized_blur, smoothstep
+from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import make_atlas
-from bakery.stages.texture.hair import locks, on_ears
-from bakery.types import HAIR_KINDS, HairMesh
+from bakery.stages.texture.hair import LOOK, locks, on_ears
+from bakery.types import HAIR_KINDS, Camera, HairMesh
 
 CAP = HAIR_KINDS.index("cap")
 THINS = 9.0, 1.0  # mm from the cap, from which no hair grows, up to which all does
@@ -18,13 +20,56 @@ ALONG = 3  # points along an edge of the cap's triangles: 3 mm from one to the n
 HAIRS = 0.8, 8.0  # mm, width and length
 SOFT = 0.22  # share of the hairs that are half there
 VARIED = 0.18  # log brightness by which hairs differ
+GOES_ON = 45.0, 25.0  # mm from the cap, from which its colours do not go on, up to which they do
+MOST = 1.5  # log by which a colour is changed at most
+MIXED = 80  # share of the atlas over which the layer's own colour is taken
 TONE = 40  # share of the cap's width over which its colour is taken
+
+
+def in_tones_of(
+    layer: np.ndarray, mesh: HairMesh | None, head: HeadModel, neutral: np.ndarray, camera: Camera
+) -> np.ndarray:
+    """The hair's layer [T, T, 4] in the colours of a mesh's cap nearby, where the photo sees the skin at a slant.
+
+    Both are made up there, each from its own samples of the photo; where they meet, the difference shows.
+
+    Args:
+        layer: [T, T, 4] linear, colour multiplied by alpha.
+        mesh: hair with volume of the same head; without a cap, or None, the layer comes back.
+        head: as the person has it.
+        neutral: [V, 3] mm.
+        camera: the photo's.
+    """
+    cap = _cap(mesh)
+    if cap is None:
+        return layer
+    points, tones = _sampled(mesh, cap)
+    size = len(layer)
+    small = make_atlas(head, min(SIDE, size)).take("skin")
+    coarse = cv2.resize(np.float32(layer), (small.size,) * 2, interpolation=cv2.INTER_AREA)
+    alpha = np.clip(coarse[..., 3], 0, 1)
+    own = np.log(np.maximum(coarse[..., :3] / np.maximum(alpha, 1e-3)[..., None], 2e-3))
+    own = normalized_blur(own, alpha, small.size / MIXED).reshape(-1, 3)[small.index]
+    skin, normals = small.at(neutral), small.at(vertex_normals(neutral, head.faces))
+    toward = cameras.position(camera) - skin
+    lengths = np.linalg.norm(toward, axis=1) * np.linalg.norm(normals, axis=1)
+    slant = 1 - smoothstep(*LOOK, (toward * normals).sum(1) / np.maximum(lengths, 1e-6))
+    rows = np.flatnonzero((alpha.reshape(-1)[small.index] > 0.02) & (slant > 0))
+    away, nearest = cKDTree(points).query(skin[rows], distance_upper_bound=GOES_ON[0])
+    share = slant[rows] * smoothstep(*GOES_ON, np.minimum(away, GOES_ON[0]))
+    change = np.zeros((len(skin), 3), np.float32)
+    off = tones[np.minimum(nearest, len(tones) - 1)] - own[rows]
+    change[rows] = share[:, None] * np.clip(off, -MOST, MOST)
+    grid = cv2.GaussianBlur(small.paint(change), (0, 0), small.size / MIXED / 2)
+    out = np.float32(layer)
+    out[..., :3] *= np.exp(cv2.resize(grid, (size, size), interpolation=cv2.INTER_LINEAR))
+    return out
 
 
 def with_short_hair(
     layer: np.ndarray, mesh: HairMesh | None, head: HeadModel, neutral: np.ndarray
 ) -> np.ndarray:
-    """The hair's layer [T, T, 4] with short hairs in the skin around the cap of a mesh.
+    """The hair's layer [T, T, 4] with single short hairs on the skin around the cap of a mesh.
 
     What the layer shows already lies over them: the photo tells of its own hairline.
 
@@ -34,8 +79,8 @@ def with_short_hair(
         head: as the person has it.
         neutral: [V, 3] mm.
     """
-    cap = None if mesh is None else mesh.faces[(mesh.kind == CAP) & mesh.shown(0)]
-    if cap is None or not len(cap):
+    cap = _cap(mesh)
+    if cap is None:
         return layer
     points, tones = _sampled(mesh, cap)
     size = len(layer)
@@ -59,6 +104,12 @@ def with_short_hair(
     color = np.exp(rows[:, :3] + VARIED * (2 * rank[:, None] - 1))
     out[index] += np.concatenate([color, np.ones_like(color[:, :1])], 1) * alpha[:, None]
     return out.reshape(layer.shape)
+
+
+def _cap(mesh):
+    """The faces [m, 3] of a mesh's cap, None without any."""
+    cap = None if mesh is None else mesh.faces[(mesh.kind == CAP) & mesh.shown(0)]
+    return cap if cap is not None and len(cap) else None
 
 
 def _sampled(mesh, cap):
