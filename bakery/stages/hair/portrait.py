@@ -34,7 +34,7 @@ HANGING = 15.0  # mm along which what hides the face touches the hair that it ha
 ON_CLOTHES = 10.0  # mm along which a patch touches clothes that is a part of them
 FOLDS = 8.0  # mm around cloth, in whose shadow nothing is told by its colour
 GAUDY = 22.0, 0.4  # CIELAB chroma off the hair's, and of that how far off the clothes' cloth may be
-INNER, HALO = 0.8, 3.0  # mm from what is no hair, and from the backdrop: nearer, colours are mixed
+INNER, HALO = 1.6, 3.0  # mm from what is no hair, and from the backdrop: nearer, colours are mixed
 NOTHING = 1e5  # mm, depth where no head is
 
 

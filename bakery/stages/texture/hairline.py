@@ -10,7 +10,7 @@ from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import make_atlas
-from bakery.stages.texture.hair import LOOK, locks, on_ears
+from bakery.stages.texture.hair import locks, on_ears
 from bakery.types import HAIR_KINDS, Camera, HairMesh
 
 CAP = HAIR_KINDS.index("cap")
@@ -20,6 +20,10 @@ ALONG = 3  # points along an edge of the cap's triangles: 3 mm from one to the n
 HAIRS = 0.8, 8.0  # mm, width and length
 SOFT = 0.22  # share of the hairs that are half there
 VARIED = 0.18  # log brightness by which hairs differ
+UNSEEN = (
+    0.0,
+    0.12,
+)  # cosine to the camera from which the photo shows skin beside hair, up to which none
 GOES_ON = 45.0, 25.0  # mm from the cap, from which its colours do not go on, up to which they do
 MOST = 1.5  # log by which a colour is changed at most
 MIXED = 80  # share of the atlas over which the layer's own colour is taken
@@ -53,7 +57,7 @@ def in_tones_of(
     skin, normals = small.at(neutral), small.at(vertex_normals(neutral, head.faces))
     toward = cameras.position(camera) - skin
     lengths = np.linalg.norm(toward, axis=1) * np.linalg.norm(normals, axis=1)
-    slant = 1 - smoothstep(*LOOK, (toward * normals).sum(1) / np.maximum(lengths, 1e-6))
+    slant = 1 - smoothstep(*UNSEEN, (toward * normals).sum(1) / np.maximum(lengths, 1e-6))
     rows = np.flatnonzero((alpha.reshape(-1)[small.index] > 0.02) & (slant > 0))
     away, nearest = cKDTree(points).query(skin[rows], distance_upper_bound=GOES_ON[0])
     share = slant[rows] * smoothstep(*GOES_ON, np.minimum(away, GOES_ON[0]))
