@@ -20,7 +20,7 @@ from bakery.stages.face_frame import cut, face_frame
 from bakery.stages.fit.rest import played_back
 from bakery.stages.segment import HAIR, Segmentation
 from bakery.stages.texture.hair import mattes_of
-from bakery.stages.texture.hairline import in_tones_of, with_short_hair
+from bakery.stages.texture.hairline import beside_mesh
 from bakery.stages.texture.neutral import SkinView, prepare, unwrap_skin
 from bakery.stages.texture.rest import rest_of
 from bakery.types import Camera, Conditions, Fit, Landmarks, Photo
@@ -85,8 +85,7 @@ class FittedSubject:
         )  # fmt: skip
         self.subject = prepared.subject
         self.hair_mesh = hair.mesh(photo, segmentation, fit, self.head, neutral)
-        layer = in_tones_of(prepared.hair, self.hair_mesh, self.head, neutral, fit.camera)
-        self.hair = with_short_hair(layer, self.hair_mesh, self.head, neutral)
+        self.hair = beside_mesh(prepared.hair, self.hair_mesh, self.head, neutral, fit.camera)
         self.shape = neutral
         self.neutral = self._observation(photo, landmarks.points, fit, segmentation, neutral)
 

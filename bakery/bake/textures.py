@@ -26,7 +26,7 @@ from bakery.stages.segment import Segmentation
 from bakery.stages.texture import TextureOptions, gaze, keys, mouth
 from bakery.stages.texture.albedo import albedo_of
 from bakery.stages.texture.hair import mattes_of
-from bakery.stages.texture.hairline import in_tones_of, with_short_hair
+from bakery.stages.texture.hairline import beside_mesh
 from bakery.stages.texture.neutral import Prepared, prepare
 from bakery.stages.texture.proxies import eye_proxies, make_proxy
 from bakery.stages.texture.rest import rest_of
@@ -160,8 +160,7 @@ def paint(
 
     of_hair = kept.one("hair", volume)
     mesh = HairMesh(**of_hair) if of_hair else None
-    layer = in_tones_of(prepared.hair, mesh, head, neutral, fit.camera)
-    layer = with_short_hair(layer, mesh, head, neutral)
+    layer = beside_mesh(prepared.hair, mesh, head, neutral, fit.camera)
     painter = Painter(prepared.subject, generator, fit, options.texture)
     of_keys = list(painted("key", painter.key, wanted.key_weights, 1))
     of_gaze = list(painted("gaze", painter.gaze, directions, GAZES))

@@ -269,7 +269,7 @@ def _cut(line, off, position, points, seed):
 @numba.njit(cache=True, nogil=True)
 def _measured(curve, points, off, side, position):
     for n in range(len(points)):
-        best = 1e30
+        best, segment, along = 1e30, 0, 0.0
         for k in range(len(curve) - 1):
             dot = 0.0
             square = 0.0
@@ -283,15 +283,13 @@ def _measured(curve, points, off, side, position):
                 gap = points[n, d] - curve[k, d] - t * (curve[k + 1, d] - curve[k, d])
                 distance += gap * gap
             if distance < best:
-                best = distance
-                x, y = curve[k + 1, 0] - curve[k, 0], curve[k + 1, 1] - curve[k, 1]
-                right, up = (
-                    points[n, 0] - curve[k, 0] - t * x,
-                    points[n, 1] - curve[k, 1] - t * y,
-                )
-                side[n] = np.sign(x * up - y * right)
-                position[n] = (k + t) / (len(curve) - 1)
+                best, segment, along = distance, k, t
+        x, y = curve[segment + 1, 0] - curve[segment, 0], curve[segment + 1, 1] - curve[segment, 1]
+        right = points[n, 0] - curve[segment, 0] - along * x
+        up = points[n, 1] - curve[segment, 1] - along * y
         off[n] = np.sqrt(best)
+        side[n] = np.sign(x * up - y * right)
+        position[n] = (segment + along) / (len(curve) - 1)
 
 
 def _beside(curve, points, left):

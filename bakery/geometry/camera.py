@@ -43,6 +43,16 @@ def position(camera: Camera) -> np.ndarray:
     return -rotation.matrix(camera.rotation).T @ camera.translation
 
 
+def facing(points: np.ndarray, normals: np.ndarray, camera: Camera) -> np.ndarray:
+    """Cosine [...] between normals [..., 3], of any length, and the line of sight at points [..., 3] mm."""
+    toward = position(camera) - points
+    toward /= np.linalg.norm(toward, axis=-1, keepdims=True)
+    cosine: np.ndarray = (normals * toward).sum(-1) / np.maximum(
+        np.linalg.norm(normals, axis=-1), 1e-6
+    )
+    return cosine
+
+
 def pixels_per_mm(camera: Camera) -> float:
     """Pixels that a millimetre takes at the face, that is at the origin of head space."""
     return float(camera.focal / -to_camera(np.zeros(3), camera)[2])

@@ -313,17 +313,22 @@ def test_cropped_hair_that_shines_on_top_keeps_its_sides(lighter):
     assert mattes.hair[20, 100] > 0.9
 
 
+def made_of(photo, seen):
+    """Colours [256, 256, 3] made up from a band of hair seen in one colour, in a photo of hair above skin."""
+    nothing = np.zeros((64, 64), np.float32)
+    mattes = replace(Mattes(*[nothing] * 7), hair=nothing.copy(), skin=nothing.copy())
+    mattes.hair[:40], mattes.skin[40:] = 1, 1
+    color, sure = np.full((256, 256, 3), seen, np.float32), np.zeros((256, 256), np.float32)
+    sure[20:60, 64:192] = 1
+    return np.exp(_tone(color, sure, np.ones((256, 256), np.float32), photo, mattes))
+
+
 def test_a_highlight_does_not_colour_the_back():
     """Hair is seen where a lamp shines on it; far from there it is as dull as at its sides."""
     dull, shine = np.array([0.03, 0.02, 0.02], np.float32), np.float32(0.3)
-    nothing = np.zeros((64, 64), np.float32)
     photo = np.full((64, 64, 3), (0.08, 0.05, 0.04), np.float32)
     photo[:20], photo[20:40] = shine, dull
-    mattes = replace(Mattes(*[nothing] * 7), hair=nothing.copy(), skin=nothing.copy())
-    mattes.hair[:40], mattes.skin[40:] = 1, 1
-    color, sure = np.full((256, 256, 3), shine, np.float32), np.zeros((256, 256), np.float32)
-    sure[20:60, 64:192] = 1
-    made = np.exp(_tone(color, sure, np.ones((256, 256), np.float32), photo, mattes))
+    made = made_of(photo, shine)
     np.testing.assert_allclose(made[120:], np.broadcast_to(dull, (136, 256, 3)), rtol=0.05)
     assert made[50, 128].min() > 0.2  # and beside it there is no edge
     assert np.abs(np.diff(np.log(made[:, 128, 1]))).max() < 0.25
@@ -362,12 +367,7 @@ def test_a_shaded_rim_does_not_colour_a_side():
         np.array([0.01, 0.008, 0.006], np.float32),
         np.array([0.1, 0.08, 0.06], np.float32),
     )
-    nothing = np.zeros((64, 64), np.float32)
     photo = np.full((64, 64, 3), (0.5, 0.35, 0.3), np.float32)
     photo[:36], photo[36:40] = light, dark
-    mattes = replace(Mattes(*[nothing] * 7), hair=nothing.copy(), skin=nothing.copy())
-    mattes.hair[:40], mattes.skin[40:] = 1, 1
-    color, sure = np.full((256, 256, 3), dark, np.float32), np.zeros((256, 256), np.float32)
-    sure[20:60, 64:192] = 1
-    made = np.exp(_tone(color, sure, np.ones((256, 256), np.float32), photo, mattes))
+    made = made_of(photo, dark)
     assert (made @ LUMA).min() > np.exp(-0.55) * (light @ LUMA)

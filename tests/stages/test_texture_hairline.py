@@ -14,6 +14,8 @@ from bakery.stages.texture.hairline import (
     GOES_ON,
     THINS,
     _sampled,
+    beside_mesh,
+    cap_of,
     in_tones_of,
     with_short_hair,
 )
@@ -38,8 +40,13 @@ def mesh(head, hairdo):
 
 
 @pytest.fixture(scope="module")
-def grown(head, mesh):
-    return with_short_hair(np.zeros((SIZE, SIZE, 4), np.float32), mesh, head, head.mean)
+def cap(head, mesh):
+    return cap_of(mesh, head, head.mean, SIZE)
+
+
+@pytest.fixture(scope="module")
+def grown(head, cap):
+    return with_short_hair(np.zeros((SIZE, SIZE, 4), np.float32), cap, head)
 
 
 def test_hair_thins_out_from_the_cap(head, atlas, mesh, grown):
@@ -61,23 +68,25 @@ def test_it_has_the_colour_of_the_hair_beside(grown):
     np.testing.assert_allclose(np.median(colors, 0), COLOR, rtol=0.2)  # single hairs vary by that
 
 
-def test_what_the_photo_shows_lies_over_it(head, mesh):
+def test_what_the_photo_shows_lies_over_it(head, cap):
     shown = np.random.default_rng(1).uniform(0, 1, (SIZE, SIZE, 4)).astype(np.float32)
     shown[..., 3] = 1
-    np.testing.assert_array_equal(with_short_hair(shown, mesh, head, head.mean), shown)
+    np.testing.assert_array_equal(with_short_hair(shown, cap, head), shown)
 
 
 def test_no_cap_no_hair(head, mesh):
     layer = np.zeros((SIZE, SIZE, 4), np.float32)
     cards = replace(mesh, kind=np.maximum(mesh.kind, 1))
-    np.testing.assert_array_equal(with_short_hair(layer, cards, head, head.mean), layer)
-    np.testing.assert_array_equal(with_short_hair(layer, None, head, head.mean), layer)
+    np.testing.assert_array_equal(beside_mesh(layer, cards, head, head.mean, BEFORE), layer)
+    np.testing.assert_array_equal(beside_mesh(layer, None, head, head.mean, BEFORE), layer)
 
 
-def test_what_is_made_up_has_the_tones_of_the_mesh(head, atlas, mesh):
+def test_what_is_made_up_has_the_tones_of_the_mesh(head, atlas, mesh, cap):
     red = np.array([*RED, 0.5], np.float32) * [0.5, 0.5, 0.5, 1]
     layer = np.broadcast_to(red, (SIZE, SIZE, 4)).astype(np.float32)
-    out = in_tones_of(layer, mesh, head, head.mean, BEFORE)
+    given = layer.copy()
+    out = in_tones_of(layer, cap, cap.atlas.at(vertex_normals(head.mean, head.faces)), BEFORE)
+    np.testing.assert_array_equal(layer, given)  # what is kept must not change
     np.testing.assert_array_equal(out[..., 3], layer[..., 3])
     color = (out[..., :3] / out[..., 3:]).reshape(-1, 3)[atlas.index]
     points = atlas.at(head.mean)
@@ -95,4 +104,4 @@ def test_what_is_made_up_has_the_tones_of_the_mesh(head, atlas, mesh):
 
 def test_without_a_cap_tones_stay(head):
     layer = np.ones((SIZE, SIZE, 4), np.float32)
-    np.testing.assert_array_equal(in_tones_of(layer, None, head, head.mean, BEFORE), layer)
+    np.testing.assert_array_equal(beside_mesh(layer, None, head, head.mean, BEFORE), layer)

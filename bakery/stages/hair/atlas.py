@@ -256,10 +256,8 @@ class Painter:
 
     def _cosine(self, points, cells):
         """Between the shell's normal and the line of sight, [n]."""
-        toward = cameras.position(self.portrait.camera) - points
-        toward /= np.linalg.norm(toward, axis=-1, keepdims=True)
         normal = self.shell.chart.take(self.normals, cells)
-        return (normal * toward).sum(-1) / np.maximum(np.linalg.norm(normal, axis=-1), 1e-6)
+        return cameras.facing(points, normal, self.portrait.camera)
 
 
 def paint_cards(painter, layout, edges, cells, solid, length, texture, direction, along, source):

@@ -26,10 +26,8 @@ SKINNY = 0.17  # distance of sRGB colours below which it is bare
 UNLIKE = 0.35  # distance of sRGB colours of two patches that are not both hair
 POCKETS = 18.0, 45.0  # mm from the backdrop, above and below the eyes: how far it is seen in hair
 ALIKE = 0.2  # distance of sRGB colours of what may be the same
-STRANGE = (
-    0.5,
-    0.25,
-)  # of the distance of hair's and backdrop's colours: off the way between them, and on it
+# Of the distance of hair's and backdrop's colours: off the way between them, and on it.
+STRANGE = 0.5, 0.25
 HANGING = 15.0  # mm along which what hides the face touches the hair that it hangs from
 ON_CLOTHES = 10.0  # mm along which a patch touches clothes that is a part of them
 FOLDS = 8.0  # mm around cloth, in whose shadow nothing is told by its colour

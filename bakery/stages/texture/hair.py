@@ -45,10 +45,8 @@ SPECK = 0.04  # of the eye distance, side of the largest hole in hair that is ta
 HAIRLINE = 1 / 25  # of the atlas's side: twice how far off the scalp a hairline's strip reaches
 UP_TO_SCALP = 1.08  # of the face's contour: between it and the scalp nothing gapes
 JAW = 20.0  # mm above the chin, where the layer has gone
-LOOK = (
-    0.1,
-    0.3,
-)  # cosine: at a slant the photo says where hair is, not how it looks: a pixel is a streak
+# Cosine: at a slant the photo says where hair is, not how it looks: a pixel is a streak.
+LOOK = (0.1, 0.3)
 SQUARE = (
     0.1,
     0.45,

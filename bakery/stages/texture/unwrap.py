@@ -235,10 +235,11 @@ def without_foreign(
     blurred = cv2.GaussianBlur(albedo * weight[..., None], (0, 0), BLUR * size)
     tint = np.log(np.maximum(blurred[..., 0], 1e-4) / np.maximum(blurred[..., 2], 1e-4))
     level = np.log(np.maximum(normalized_blur(albedo @ LUMA, weight, BLUR * size), 1e-4))
-    white = smoothstep(*GLARE_PALER, np.median(tint[sure]) - tint)
+    usual = np.median(tint[sure])
+    white = smoothstep(*GLARE_PALER, usual - tint)
     white *= smoothstep(*GLARE_LIGHTER, level - np.median(level[sure]))
     weight = weight * (1 - cv2.dilate(np.float32(slant * white), np.ones((size // 100 | 1,) * 2)))
-    pale = tint < np.median(tint[sure]) - PALER
+    pale = tint < usual - PALER
     pale = cv2.dilate((pale & (weight > 0)).astype(np.uint8), np.ones((size // 200 | 1,) * 2))
     out = np.where(face, weight, weight * (1 - pale))
     _, parts, sizes, _ = cv2.connectedComponentsWithStats((out > 0.5).astype(np.uint8))
