@@ -30,6 +30,7 @@ from bakery.stages.fit.rest import (
 )
 from bakery.stages.fit.warp import residual_offsets
 from bakery.stages.segment import Segmentation, segment
+from bakery.stages.segment.refine import refined
 from bakery.stages.texture import TextureOptions
 from bakery.stages.texture.tongue import seat_tongue
 from bakery.types import Fit, Landmarks, Photo
@@ -39,7 +40,8 @@ log = logging.getLogger(__name__)
 
 def segment_portrait(photo: Photo, landmarks: Landmarks, options: BuildOptions) -> Segmentation:
     """What each pixel of the photo shows."""
-    return segment(photo.encoded, landmarks.points, options.segment)
+    found = segment(photo.encoded, landmarks.points, options.segment)
+    return refined(found, photo.encoded, landmarks.points)
 
 
 def fit_portrait(

@@ -16,7 +16,7 @@ from bakery.stages.hair.atlas import DIFFERS, Painter
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.directions import flow, photographed
 from bakery.stages.hair.mesh import CAP, cap_height, cap_surface
-from bakery.stages.hair.portrait import before_face, look, without_cloth_colors, without_clothes
+from bakery.stages.hair.portrait import before_face, look
 from bakery.stages.hair.presence import _hanging, _held
 from bakery.stages.hair.shell import make_shell
 from bakery.stages.segment import BACKGROUND, HAIR, HIDDEN, SKIN, Segmentation
@@ -113,47 +113,6 @@ def test_small_holes_are_filled_and_large_ones_are_not():
     out = _held(there)
     assert out[30:33, 10:13].all()
     assert not out[20:30, 40:50].any() and not out[60:].any()
-
-
-def test_clothes_below_the_hair_are_none():
-    hair, clothes = np.zeros((2, 100, 100), bool)
-    hair[10:40, 20:80] = hair[60:80, 70:90] = True
-    clothes[80:] = clothes[70:, 90:] = True
-    own = hair & (np.arange(100) < 50)[:, None]
-    assert (without_clothes(hair, clothes, 1.0) == own).all()
-    assert (without_clothes(hair, np.zeros_like(clothes), 1.0) == hair).all()
-    lock = hair.copy()
-    lock[40:60, 75:80] = True  # hangs from the head
-    assert (without_clothes(lock, clothes, 1.0) == lock).all()
-    beside = hair.copy()
-    beside[40:75, 20:25] = True  # the head's own hair ends no higher
-    assert (without_clothes(beside, clothes, 1.0) == beside).all()
-    nothing = np.zeros_like(hair)
-    assert not without_clothes(nothing, clothes, 1.0).any()
-
-
-@pytest.mark.parametrize("scarf", [(0.1, 0.15, 0.5), (0.7, 0.1, 0.1)])
-def test_a_scarf_in_the_colour_of_the_clothes_is_no_hair(scarf):
-    hair, clothes = np.zeros((2, 160, 160), bool)
-    hair[10:110, 20:60] = True  # hangs beside a neck, and goes over into
-    clothes[130:] = clothes[110:, 60:] = True
-    picture = np.full((160, 160, 3), COLORS[BACKGROUND], np.float32)
-    picture[hair] = COLORS[HAIR]
-    cloth = clothes.copy()
-    cloth[110:130, 20:60] = True
-    labelled = hair | (cloth & ~clothes)
-    picture[cloth] = scarf
-    kept = without_cloth_colors(picture, labelled, clothes, 1.0)
-    assert not kept[110:].any()
-    assert kept[:95].sum() == hair[:95].sum()
-    # The same patch that clothes do not touch is a gleam of them, and hair.
-    away = clothes & (np.arange(160) > 140)[:, None]
-    assert (without_cloth_colors(picture, labelled, away, 1.0) == labelled).all()
-    # Cloth that is dark as the hair tells nothing.
-    picture[cloth] = COLORS[HAIR]
-    assert (without_cloth_colors(picture, labelled, clothes, 1.0) == labelled).all()
-    nothing = np.zeros_like(hair)
-    assert not without_cloth_colors(picture, nothing, clothes, 1.0).any()
 
 
 def test_the_cap_reaches_the_hairline_where_it_is_not_seen(curtains):

@@ -18,9 +18,9 @@ from bakery.stages.texture.hair import (
     Mattes,
     _from_both,
     _loose,
-    _near,
     _tone,
     before_ears,
+    beside_scalp,
     hair_layer,
     mattes_of,
 )
@@ -200,7 +200,7 @@ def test_hair_that_does_not_reach_the_scalp_is_left_out():
 def test_the_strip_beside_hair_stays_at_the_hairline():
     growth = np.zeros((250, 250), np.float32)
     growth[:100] = 1.0
-    near = _near(growth)[:, 125]
+    near = beside_scalp(growth)[:, 125]
     assert near[:100].min() > 0.9 and near[110:].max() < 0.1
     assert (np.diff(near) <= 1e-6).all(), "it ends softly"
 
@@ -262,55 +262,6 @@ def test_a_crack_between_hair_and_skin_grows_no_hair(head, seen, row):
     more = (cracked - whole)[..., 3].reshape(-1)[atlas.index]
     below = (visibility.visible > 0.5) & (visibility.pixels[:, 1] > row)
     assert more[below].max() < 0.05
-
-
-@pytest.mark.parametrize("shaved", [True, False])
-def test_rims_of_bald_tops_are_no_hair(shaved):
-    """Hair around a face: a rim in skin's colour above brown sides, or all of it thin and like skin."""
-    labels = np.full((200, 200), BACKGROUND, np.uint8)
-    band = 12 if shaved else 35  # pixels, of 1.8 mm
-    labels[30:170, 75 - band : 125 + band] = HAIR
-    labels[40:170, 75:125] = SKIN
-    photo = photo_of(labels)
-    rim = np.zeros(labels.shape, bool)
-    rim[32:38, 85:115] = True
-    photo[30:40, 75:125] = photo[100, 100]
-    if shaved:
-        photo[labels == HAIR] = photo[100, 100] + np.float32(0.02)
-    segmentation = Segmentation(labels, (labels == SKIN).astype(np.float32))
-    mattes = mattes_of(photo, segmentation, points_with_eyes(50.0))
-    assert mattes.hair[rim].max() == 0
-    side = mattes.hair[100, 75 - band // 2]
-    assert side == 0 if shaved else side > 0.9
-
-
-def test_dark_hair_on_dark_skin_is_no_rim():
-    """The sides of a cropped head are thin, and nearly as dark as the face."""
-    labels = np.full((200, 200), BACKGROUND, np.uint8)
-    labels[5:170, 63:137] = HAIR
-    labels[50:170, 75:125] = SKIN
-    photo = photo_of(labels)
-    photo[labels == SKIN], photo[labels == HAIR] = (0.22, 0.15, 0.13), (0.12, 0.11, 0.11)
-    segmentation = Segmentation(labels, (labels == SKIN).astype(np.float32))
-    mattes = mattes_of(photo, segmentation, points_with_eyes(50.0))
-    assert mattes.hair[60:160, 66:72].min() > 0.9 and mattes.hair[20, 100] > 0.9
-
-
-@pytest.mark.parametrize("lighter", [True, False])
-def test_cropped_hair_that_shines_on_top_keeps_its_sides(lighter):
-    """Its sides are as dark as dark skin, and what is left above is a highlight; under a brown top
-    sides like skin are shaved."""
-    labels = np.full((200, 200), BACKGROUND, np.uint8)
-    labels[5:120, 63:137] = HAIR
-    labels[50:170, 75:125] = SKIN
-    photo = photo_of(labels)
-    photo[labels == SKIN], photo[labels == HAIR] = (0.31, 0.24, 0.21), (0.25, 0.19, 0.17)
-    photo[5:50, 63:137] = 0.6 if lighter else 0.05
-    segmentation = Segmentation(labels, (labels == SKIN).astype(np.float32))
-    mattes = mattes_of(photo, segmentation, points_with_eyes(50.0))
-    side = mattes.hair[70:110, 66:72]
-    assert side.min() > 0.9 if lighter else side.max() == 0
-    assert mattes.hair[20, 100] > 0.9
 
 
 def made_of(photo, seen):

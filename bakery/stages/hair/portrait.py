@@ -11,27 +11,21 @@ from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
 from bakery.geometry.raster import rasterize
 from bakery.heads.base import HeadModel
 from bakery.landmarks import EYES
-from bakery.stages.segment import BACKGROUND, CLOTHES, EARS, HAIR, HAT, HIDDEN, SKIN, Segmentation
+from bakery.stages.segment import BACKGROUND, EARS, HAIR, HAT, HIDDEN, SKIN, Segmentation
 from bakery.types import Camera, Fit
 
 FINE = 1.6  # pixels a millimetre at most
 ASIDE, ABOVE, BELOW = 190.0, 160.0, 330.0  # mm around the middle of the head that are looked at
 SPECK = 60.0, 0.08  # mm2, share of all hair: smaller patches of hair are mistakes
 WISP = 5.0  # mm around the outline in which the photo says what is hair
-THIN = 13.0  # mm, half of the width of what may be a bald top's rim
 GLARES = 0.12, 0.06  # of sRGB: lighter than skin and hair, and less red than skin
 BESIDE_SKIN, HALF_LIT = 12.0, 2.0  # mm beside skin that it glares; around it, what is half as light
-MOSTLY = 0.5  # of all hair: more of it like skin, and all is
-SKINNY = 0.17  # distance of sRGB colours below which it is bare
 UNLIKE = 0.35  # distance of sRGB colours of two patches that are not both hair
 POCKETS = 18.0, 45.0  # mm from the backdrop, above and below the eyes: how far it is seen in hair
 ALIKE = 0.2  # distance of sRGB colours of what may be the same
 # Of the distance of hair's and backdrop's colours: off the way between them, and on it.
 STRANGE = 0.5, 0.25
 HANGING = 15.0  # mm along which what hides the face touches the hair that it hangs from
-ON_CLOTHES = 10.0  # mm along which a patch touches clothes that is a part of them
-FOLDS = 8.0  # mm around cloth, in whose shadow nothing is told by its colour
-GAUDY = 22.0, 0.4  # CIELAB chroma off the hair's, and of that how far off the clothes' cloth may be
 INNER, HALO = 1.6, 3.0  # mm from what is no hair, and from the backdrop: nearer, colours are mixed
 NOTHING = 1e5  # mm, depth where no head is
 
@@ -114,12 +108,9 @@ def look(
     picture = np.clip(warped(np.ascontiguousarray(encoded, np.float32)), 0, 1)
     scale_mm = mm * scale
     solid = (regions == HAIR) & (labels != HAT)
-    solid = without_bare_rims(picture, solid, regions == SKIN, scale_mm)
     marks = cameras.project(head.landmarks(neutral), cut)
     solid = without_glare(picture, solid, regions == SKIN, marks, scale_mm)
     solid = before_face(picture, solid, labels, regions, scale_mm)
-    solid = without_clothes(solid, regions == CLOTHES, scale_mm)
-    solid = without_cloth_colors(picture, solid, regions == CLOTHES, scale_mm)
     solid = _patches(picture, solid, scale_mm)
     level = float(cameras.project(np.zeros(3), cut)[1])
     hair = _matte(picture, solid, regions, scale_mm)
@@ -169,65 +160,6 @@ def before_face(
     return out
 
 
-def without_clothes(solid: np.ndarray, clothes: np.ndarray, scale: float) -> np.ndarray:
-    """Hair [H, W] bool without patches that lie on clothes, below the end of the head's own hair.
-
-    Collars, suits and shaded necks are labelled so. Hair that falls on shoulders hangs from the head.
-
-    Args:
-        solid, clothes: [H, W] bool.
-        scale: pixels a millimetre.
-    """
-    count, number, found, _ = cv2.connectedComponentsWithStats(solid.astype(np.uint8))
-    if count < 3:
-        return solid
-    top, height, area = (
-        found[:, k] for k in (cv2.CC_STAT_TOP, cv2.CC_STAT_HEIGHT, cv2.CC_STAT_AREA)
-    )
-    main = 1 + int(area[1:].argmax())
-    worn = _on_clothes(number, count, clothes, scale) & (top >= top[main] + height[main])
-    return solid & ~worn[number]
-
-
-def _on_clothes(number, count, clothes, scale):
-    """Which patches [count] bool, by their numbers [H, W], touch clothes along ON_CLOTHES; not patch 0."""
-    near = cv2.dilate(clothes.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-    on = np.bincount(number[near], minlength=count)  # two pixels of a border are near
-    return (on > 2 * ON_CLOTHES * scale) & (np.arange(count) > 0)
-
-
-def without_cloth_colors(
-    picture: np.ndarray, solid: np.ndarray, clothes: np.ndarray, scale: float
-) -> np.ndarray:
-    """Hair [H, W] bool without what lies on clothes and has their colour: scarves, ribbons, long earrings.
-
-    Only colours that the hair is far from tell; dark cloth beside dark hair stays.
-
-    Args:
-        picture: [H, W, 3] sRGB-encoded.
-        solid, clothes: [H, W] bool.
-        scale: pixels a millimetre.
-    """
-    if not solid.any() or not clothes.any():
-        return solid
-    chroma = cv2.cvtColor(picture, cv2.COLOR_RGB2LAB)[..., 1:]
-    chroma = normalized_blur(chroma, (solid | clothes).astype(np.float32), 1.5 * scale)
-    core = cv2.erode(clothes.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(np.float32)
-    off_hair = np.linalg.norm(chroma - np.median(chroma[solid], 0), axis=-1)
-    least, share = GAUDY
-    gaudy = solid & (off_hair > least)
-    if not gaudy.any():
-        return solid
-    off_cloth = np.linalg.norm(chroma - diffuse(chroma, core), axis=-1)
-    gaudy &= off_cloth < share * off_hair
-    count, number = cv2.connectedComponents(gaudy.astype(np.uint8))
-    worn = _on_clothes(number, count, clothes, scale)
-    if not worn.any():
-        return solid
-    away = cv2.distanceTransform((~worn[number]).astype(np.uint8), cv2.DIST_L2, 3)
-    return solid & (away > FOLDS * scale)
-
-
 def _patches(picture, solid, scale):
     """The patches of hair [H, W] that are large, and like the largest: a collar is neither."""
     count, number, found, _ = cv2.connectedComponentsWithStats(solid.astype(np.uint8))
@@ -238,38 +170,6 @@ def _patches(picture, solid, scale):
         unlike = np.linalg.norm(np.median(picture[number == patch], 0) - main) > UNLIKE
         kept[patch] = not (unlike and area[patch] < 0.3 * area.max())
     return kept[number]
-
-
-def without_bare_rims(
-    picture: np.ndarray, solid: np.ndarray, skin: np.ndarray, scale: float
-) -> np.ndarray:
-    """Labelled hair [H, W] bool without thin rims in the colour of the skin beside it: bald tops.
-
-    Rims below hair that is lighter than skin are hair: it shines on top.
-
-    Where they are `MOSTLY` all of it, the head is shaved: what is left has the shape of no hair.
-
-    Args:
-        picture: [H, W, 3] sRGB-encoded.
-        solid, skin: [H, W] bool, what is labelled hair and skin.
-        scale: pixels a millimetre.
-    """
-    if not skin.any() or not solid.any():
-        return solid
-    size = 2 * max(int(THIN * scale), 1) + 1
-    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    thin = solid & (cv2.morphologyEx(solid.astype(np.uint8), cv2.MORPH_OPEN, disk) == 0)
-    core = cv2.erode(skin.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(np.float32)
-    off = _apart(picture, diffuse(picture, core), solid, scale)
-    bare = thin & (off < SKINNY)
-    thick = solid & ~thin
-    if thick.any():  # dark hair is near dark skin, and nearer to other hair
-        bare &= off < _apart(picture, np.median(picture[thick], 0), solid, scale)
-    kept: np.ndarray = solid & ~bare
-    if bare.sum() >= MOSTLY * solid.sum():
-        return np.zeros_like(solid)
-    shine = kept.any() and np.median(picture[kept] @ LUMA) > np.median(picture[skin] @ LUMA)
-    return solid if shine and _above(kept, bare) else kept
 
 
 def without_glare(
@@ -303,21 +203,6 @@ def without_glare(
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     around = cv2.dilate((white & near).astype(np.uint8), disk) > 0
     return solid & ~around
-
-
-def _above(one, other):
-    """Whether a mask [H, W] lies above another: the middle of its rows does.
-
-    No head is bald at its sides alone: cropped hair is as dark as dark skin there, and shines on top.
-    """
-    middles = [np.median(np.nonzero(mask)[0]) for mask in (one, other) if mask.any()]
-    return len(middles) == 2 and middles[0] < middles[1]
-
-
-def _apart(picture, colors, solid, scale):
-    """How far pixels [H, W] are from colours, smooth within a mask."""
-    off = np.linalg.norm(picture - colors, axis=-1).astype(np.float32)
-    return normalized_blur(off, solid.astype(np.float32), 4 * scale)
 
 
 def _matte(picture, solid, regions, scale):

@@ -13,12 +13,7 @@ from bakery.heads.base import HeadModel
 from bakery.heads.scalp import BROW, EYE, ear_box, ear_depth, scalp, unrolled
 from bakery.landmarks import CHIN, OVAL, face_size
 from bakery.stages.atlas import Atlas, soften, uv_polygon
-from bakery.stages.hair.portrait import (
-    without_bare_rims,
-    without_cloth_colors,
-    without_clothes,
-    without_glare,
-)
+from bakery.stages.hair.portrait import without_glare
 from bakery.stages.hair.presence import trusted, weighed
 from bakery.stages.hair.temples import temples_of
 from bakery.stages.segment import (
@@ -96,10 +91,7 @@ def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarra
     """
     picture = np.ascontiguousarray(encoded, np.float32)
     scale = face_size(points) / EYES_APART
-    clothes = segmentation.regions == CLOTHES
-    hair = without_clothes(segmentation.regions == HAIR, clothes, scale)
-    hair = without_cloth_colors(picture, hair, clothes, scale)
-    hair = without_bare_rims(picture, hair, segmentation.regions == SKIN, scale)
+    hair = segmentation.regions == HAIR
     hair = without_glare(picture, hair, segmentation.regions == SKIN, points, scale)
     away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
     taken = smoothstep(*HAIR_STRIP, away) if hair.any() else np.ones(hair.shape)
@@ -193,7 +185,7 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     inside = atlas.paint(np.ones(len(pixels), np.float32))
     growth = growth_on(head, atlas)
     # The strip is of a hairline, or of what a fringe hangs on, not of a cheek.
-    strip = np.maximum(_near(growth), forehead(head, atlas.size))
+    strip = np.maximum(beside_scalp(growth), forehead(head, atlas.size))
     here, bare, edge = (bilinear(m, pixels) for m in (mattes.hair, mattes.skin, mattes.strip))
     on_head = _above_the_neck(head, atlas)
     here, edge = here * on_head, edge * on_head
@@ -261,7 +253,7 @@ def _without_cracks(known):
     return cv2.morphologyEx(known, cv2.MORPH_CLOSE, kernel)
 
 
-def _near(growth):
+def beside_scalp(growth: np.ndarray) -> np.ndarray:
     """Where [T, T] 0..1 the strip of skin beside hair belongs to a hairline, not to a cheek.
 
     Args:
@@ -269,7 +261,8 @@ def _near(growth):
     """
     width = int(HAIRLINE * len(growth)) | 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
-    return cv2.GaussianBlur(cv2.dilate(growth, kernel), (0, 0), width / 6)
+    near: np.ndarray = cv2.GaussianBlur(cv2.dilate(growth, kernel), (0, 0), width / 6)
+    return near
 
 
 def on_ears(head: HeadModel, atlas: Atlas) -> np.ndarray:

@@ -12,7 +12,7 @@ from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import Atlas, make_atlas
-from bakery.stages.texture.hair import locks, on_ears
+from bakery.stages.texture.hair import before_ears, beside_scalp, growth_on, locks, on_ears
 from bakery.types import HAIR_KINDS, Camera, HairMesh
 
 CAP = HAIR_KINDS.index("cap")
@@ -115,7 +115,9 @@ def with_short_hair(layer: np.ndarray, cap: Cap, head: HeadModel) -> np.ndarray:
     """
     size, small = len(layer), cap.atlas
     away, tones = cap.nearest(cap.skin, THINS[0])
-    thick = smoothstep(*THINS, away) * (1 - on_ears(head, small))
+    grows = np.maximum(beside_scalp(growth_on(head, small)), before_ears(head, small))
+    grows = grows.reshape(-1)[small.index]  # what hangs beside cheeks does not grow out of them
+    thick = smoothstep(*THINS, away) * (1 - on_ears(head, small)) * grows
     told = np.concatenate([tones, thick[:, None]], 1)
     grid = small.fill_gutter(small.paint(told.astype(np.float32)))
     grid = cv2.resize(grid, (size, size), interpolation=cv2.INTER_LINEAR)

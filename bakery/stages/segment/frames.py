@@ -1,0 +1,111 @@
+"""The frames of glasses to their own width: lenses and skin beside thin rims can be seen."""
+
+import cv2
+import numpy as np
+
+from bakery.geometry.fill import diffuse
+from bakery.landmarks import BROW_LEFT, BROW_RIGHT, EYES
+
+THICK = 18.0  # CIELAB distance from the skin around, of frames and of what lenses mirror
+THIN = 7.0  # CIELAB, by which a line differs from both of its sides
+GOES_ON = 0.6  # of that, where a line is fainter
+NOISE = 3.0  # times what lines differ by on the face's skin
+LIGHT = 0.7  # of a difference of lightness, beside one of hue
+WIDTH = 5.0  # mm: wider than a line
+SMOOTH = 0.4  # mm over which a colour is taken
+SPECK = 2.0  # mm2: smaller spots are no frame
+EDGE = 1.1  # mm around what was found, where frames shine and cast shadows
+BROW = 1.15  # times a brow, within which it is
+TOLD = 0.2  # of that: so much must be labelled brow to tell its colour
+BROWN = 12.0  # CIELAB distance from a brow's colour, of its own hairs
+LENS = 150.0  # mm2 of a lens at least
+RIM = 2.0  # mm on both sides of a lens's outline
+RIMMED = 0.6  # of the outline: with so much of a rim, there is one all around
+LASHES = 1.25  # times an eye's opening, within which lines are its lashes
+
+
+def frames(
+    picture: np.ndarray,
+    worn: np.ndarray,
+    lens: np.ndarray,
+    skin: np.ndarray,
+    brows: np.ndarray,
+    points: np.ndarray,
+    scale: float,
+) -> np.ndarray:
+    """Where [H, W] bool glasses hide the face, within the wider band that is labelled so.
+
+    Args:
+        picture: [H, W, 3] float32 sRGB-encoded.
+        worn: [H, W] bool, the region of glasses; nothing outside is looked at.
+        lens, skin, brows: [H, W] bool, so labelled.
+        points: [L, 2] pixels.
+        scale: pixels a millimetre.
+    """
+    lab = cv2.cvtColor(
+        cv2.GaussianBlur(picture, (0, 0), max(SMOOTH * scale, 0.3)), cv2.COLOR_RGB2LAB
+    )
+    lab[..., 0] *= LIGHT
+    plain = skin & ~brows
+    core = cv2.erode(plain.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(np.float32)
+    if not core.any():
+        return worn
+    off = np.linalg.norm(lab - diffuse(lab, core), axis=-1)
+    line = _lines(lab, WIDTH * scale)
+    usual = float(np.median(line[core > 0]))
+    least = max(THIN, NOISE * usual)
+    found = worn & ((off > THICK) | (line > least))
+    faint = worn & (line > GOES_ON * least)
+    spared = _drawn(points, EYES, LASHES, worn.shape) & (off < 2 * THICK)
+    for contour in (BROW_RIGHT, BROW_LEFT):
+        brow = _drawn(points, (contour,), BROW, worn.shape)
+        told = brow & brows if (brow & brows).sum() > TOLD * brow.sum() else brow
+        if told.any():  # what is like the brow is one; a dark frame before it does not show
+            like = np.linalg.norm(lab - np.median(lab[told], 0), axis=-1) < BROWN
+            spared |= brow & like
+    spared &= ~_rims(lens, found, scale)
+    found &= ~spared
+    _, number = cv2.connectedComponents((found | (faint & ~spared)).astype(np.uint8))
+    large = np.bincount(number[found], minlength=number.max() + 1) > SPECK * scale**2
+    size = 2 * int(np.ceil(EDGE * scale)) + 1
+    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    out: np.ndarray = worn & (cv2.dilate(large[number].astype(np.uint8), disk) > 0)
+    return out
+
+
+def _lines(lab, width):
+    """By how much lines narrower than `width` pixels differ from both of their sides, [H, W]."""
+    size = 2 * int(width / 2) + 1
+    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    out = np.zeros(lab.shape[:2], np.float32)
+    for channel in cv2.split(lab):
+        for how in (cv2.MORPH_BLACKHAT, cv2.MORPH_TOPHAT):
+            out = np.maximum(out, cv2.morphologyEx(channel, how, disk))
+    return out
+
+
+def _rims(lens, found, scale):
+    """The outlines [H, W] bool of lenses that have a rim: so much of them was found to be one."""
+    out = np.zeros_like(lens)
+    wide = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * int(np.ceil(RIM * scale)) + 1,) * 2)
+    near = cv2.dilate(found.astype(np.uint8), wide) > 0
+    whole = cv2.morphologyEx(lens.astype(np.uint8), cv2.MORPH_CLOSE, wide)
+    count, number, stats, _ = cv2.connectedComponentsWithStats(whole)
+    for one in range(1, count):
+        if stats[one, cv2.CC_STAT_AREA] < LENS * scale**2:
+            continue
+        own = (number == one).astype(np.uint8)
+        line = (own > 0) & (cv2.erode(own, np.ones((3, 3), np.uint8)) == 0)
+        if near[line].mean() > RIMMED:
+            out |= (cv2.dilate(own, wide) > 0) & (cv2.erode(own, wide) == 0)
+    return out
+
+
+def _drawn(points, contours, larger, shape):
+    """The hulls of contours, so many times as large, [H, W] bool."""
+    out = np.zeros(shape, np.uint8)
+    for contour in contours:
+        own = points[list(contour)]
+        hull = cv2.convexHull((own + (larger - 1) * (own - own.mean(0))).astype(np.float32))
+        cv2.fillConvexPoly(out, np.round(hull * 16).astype(np.int32), 1, shift=4)
+    return out > 0
