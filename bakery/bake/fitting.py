@@ -30,7 +30,6 @@ from bakery.stages.fit.rest import (
 )
 from bakery.stages.fit.warp import residual_offsets
 from bakery.stages.segment import Segmentation, segment
-from bakery.stages.segment.refine import refined
 from bakery.stages.texture import TextureOptions
 from bakery.stages.texture.tongue import seat_tongue
 from bakery.types import Fit, Landmarks, Photo
@@ -40,8 +39,7 @@ log = logging.getLogger(__name__)
 
 def segment_portrait(photo: Photo, landmarks: Landmarks, options: BuildOptions) -> Segmentation:
     """What each pixel of the photo shows."""
-    found = segment(photo.encoded, landmarks.points, options.segment)
-    return refined(found, photo.encoded, landmarks.points)
+    return segment(photo.encoded, landmarks.points, options.segment)
 
 
 def fit_portrait(

@@ -10,9 +10,10 @@ from bakery.stages.atlas import Atlas, Visibility
 from bakery.stages.hair import make_hair
 from bakery.stages.hair.presence import SQUARE
 from bakery.stages.segment import Segmentation
-from bakery.stages.texture.hair import Mattes, before_ears, forehead, growth_on
+from bakery.stages.texture.hair import Mattes, before_ears, forehead, growth_on, loose
 from bakery.types import Fit, HairMesh, Photo
 
+LOOSE = 64  # share of the atlas around what is cut off that goes with it
 BESIDE = 30  # share of the atlas over which the layer fades out beside the scalp
 
 
@@ -41,7 +42,10 @@ class CardHair(HairLayer):
         kept = np.maximum(kept, forehead(head, atlas.size))
         kept = np.maximum(kept, before_ears(head, atlas)).astype(np.float32)
         layer: np.ndarray = super().layer(linear, mattes, head, atlas, visibility)
-        return layer * kept[..., None]
+        layer = layer * kept[..., None]
+        cut_off = loose(layer[..., 3], growth)  # ends of locks whose rest hangs from the cards
+        cut_off = cv2.dilate(cut_off, np.ones((atlas.size // LOOSE,) * 2, np.uint8))
+        return layer * (1 - cv2.GaussianBlur(cut_off, (0, 0), atlas.size / LOOSE / 4))[..., None]
 
     def mesh(
         self,

@@ -110,6 +110,13 @@ def test_light_that_glares_on_a_temple_is_no_hair():
     assert not kept[22:58, 70:76].any() and kept[:, 80:].all() and kept[:16, 70:].all()
 
 
+def test_a_highlight_of_light_hair_beside_no_skin_stays():
+    picture, solid, skin, points = lit_from_behind((0.25, 0.18, 0.12))
+    picture[20:60, 70:76] = (0.25, 0.18, 0.12)
+    picture[20:40, 73:79] = 0.95  # skin ends at column 70
+    assert without_glare(picture, solid, skin, points, 1.0)[20:40, 74:].all()
+
+
 def test_white_hair_and_locks_above_the_eyes_stay():
     picture, solid, skin, points = lit_from_behind((0.85, 0.85, 0.85))
     assert np.array_equal(without_glare(picture, solid, skin, points, 1.0), solid)

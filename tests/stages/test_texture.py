@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from bakery.geometry import camera as cameras
-from bakery.geometry.color import to_encoded
+from bakery.geometry.color import LUMA, to_encoded
 from bakery.geometry.sample import bilinear
 from bakery.stages.atlas import make_atlas
 from bakery.stages.texture.hair import Mattes
@@ -53,12 +53,21 @@ def test_skin_shown_with_the_hair_is_lit_as_the_skin_beside_it(head):
     )
     over, lift = np.full((64, 64, 4), 0.2, np.float32), np.zeros((64, 64), np.float32)
     lift[::8, ::8] = np.log(1.2)  # known here and there, continued between
-    out = _lit_strip(over, lift, view)
+    texture = np.full((64, 64, 3), 0.3, np.float32)  # as grey as the layer: the tint stays
+    out = _lit_strip(over, lift, texture, view)
     rows = out.reshape(-1, 4)[atlas.index]
     np.testing.assert_allclose(rows[0::2, :3], 0.24, rtol=0.01)
     np.testing.assert_allclose(rows[1::2, :3], 0.2, rtol=0.01)
     np.testing.assert_allclose(out[..., 3], over[..., 3], rtol=1e-6)
     # Of a deep shadow the strip is not shown, for it would be red; the strands are.
-    rows = _lit_strip(over, lift / np.log(1.2) * np.log(2), view).reshape(-1, 4)[atlas.index]
+    rows = _lit_strip(over, lift / np.log(1.2) * np.log(2), texture, view).reshape(-1, 4)[
+        atlas.index
+    ]
     np.testing.assert_allclose(rows[0::2], 0, atol=1e-6)
+    np.testing.assert_allclose(rows[1::2], 0.2, rtol=0.01)
+    # Its tint is that of the skin below, its lightness its own.
+    texture *= np.array([1.5, 1.0, 0.8], np.float32)
+    rows = _lit_strip(over, 0 * lift, texture, view).reshape(-1, 4)[atlas.index]
+    np.testing.assert_allclose(rows[0::2, 0] / rows[0::2, 1], 1.5, rtol=0.02)
+    np.testing.assert_allclose(np.exp(np.log(rows[0::2, :3]) @ LUMA), 0.2, rtol=0.02)
     np.testing.assert_allclose(rows[1::2], 0.2, rtol=0.01)

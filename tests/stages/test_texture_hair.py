@@ -17,11 +17,11 @@ from bakery.stages.segment import BACKGROUND, HAIR, SKIN, Segmentation
 from bakery.stages.texture.hair import (
     Mattes,
     _from_both,
-    _loose,
     _tone,
     before_ears,
     beside_scalp,
     hair_layer,
+    loose,
     mattes_of,
 )
 from bakery.types import Camera
@@ -193,7 +193,7 @@ def test_hair_that_does_not_reach_the_scalp_is_left_out():
     here, growth = np.zeros((2, 60, 60), np.float32)
     here[5:15, 5:15] = here[30:40, 30:50] = 1.0
     growth[30:60, 45:60] = 1.0  # the second patch reaches it
-    lost = _loose(here, growth)
+    lost = loose(here, growth)
     assert lost[5:15, 5:15].all() and not lost[30:40, 30:50].any()
 
 

@@ -198,10 +198,13 @@ def without_glare(
     white &= (column < eyes[:, 0].min()) | (column > eyes[:, 0].max())
     white &= (row < eyes[:, 1].max())[:, None]  # lower, a white backdrop shows below ears
     across = np.ones((1, 2 * int(BESIDE_SKIN * scale) + 1), np.uint8)
-    near = cv2.dilate(skin.astype(np.uint8), across) > 0
+    white &= cv2.dilate(skin.astype(np.uint8), across) > 0
+    _, number = cv2.connectedComponents(white.astype(np.uint8))
+    touched = number[cv2.dilate(skin.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0]
+    white &= np.isin(number, touched)  # the rest are highlights of light hair
     size = 2 * max(int(HALF_LIT * scale), 1) + 1
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    around = cv2.dilate((white & near).astype(np.uint8), disk) > 0
+    around = cv2.dilate(white.astype(np.uint8), disk) > 0
     return solid & ~around
 
 

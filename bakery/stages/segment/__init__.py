@@ -1,7 +1,8 @@
 """Tell skin from hair, clothes, glasses and background in a portrait.
 
 By the segmentation network or, without it, by colour rules; both say what they found in the face
-frame (`prior`), and `enlarge` brings it to the photo's pixels. In doubt a pixel is not skin: what is
+frame (`prior`), and `enlarge` brings it to the photo's pixels, whose colours mend what is called hair
+and glasses (`refine`). In doubt a pixel is not skin: what is
 left out is filled with the person's own skin later, what is let in by mistake shows as a smear.
 """
 
@@ -37,6 +38,7 @@ from bakery.stages.segment.classes import (
 )
 from bakery.stages.segment.enlarge import Window, enlarge, in_bytes
 from bakery.stages.segment.frame import apply, frame_box, warp_down
+from bakery.stages.segment.refine import refined
 
 __all__ = [
     "BACKGROUND", "BEARD", "BROWS", "CLOTHES", "EARS", "EYES", "GLASSES", "HAIR", "HAT", "HIDDEN",
@@ -81,7 +83,7 @@ def segment(
         found = network.classify(window)
     else:
         found = colours.classify(window, options.rounds)
-    return on_whole(window, box, found, options, encoded.shape[:2])
+    return refined(on_whole(window, box, found, options, encoded.shape[:2]), encoded, points)
 
 
 def on_whole(

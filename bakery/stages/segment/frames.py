@@ -5,6 +5,7 @@ import numpy as np
 
 from bakery.geometry.fill import diffuse
 from bakery.landmarks import BROW_LEFT, BROW_RIGHT, EYES
+from bakery.stages.segment.scalp import length
 
 THICK = 18.0  # CIELAB distance from the skin around, of frames and of what lenses mirror
 THIN = 7.0  # CIELAB, by which a line differs from both of its sides
@@ -50,7 +51,7 @@ def frames(
     core = cv2.erode(plain.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(np.float32)
     if not core.any():
         return worn
-    off = np.linalg.norm(lab - diffuse(lab, core), axis=-1)
+    off = length(lab - diffuse(lab, core))
     line = _lines(lab, WIDTH * scale)
     usual = float(np.median(line[core > 0]))
     least = max(THIN, NOISE * usual)
@@ -61,7 +62,7 @@ def frames(
         brow = _drawn(points, (contour,), BROW, worn.shape)
         told = brow & brows if (brow & brows).sum() > TOLD * brow.sum() else brow
         if told.any():  # what is like the brow is one; a dark frame before it does not show
-            like = np.linalg.norm(lab - np.median(lab[told], 0), axis=-1) < BROWN
+            like = length(lab - np.median(lab[told], 0)) < BROWN
             spared |= brow & like
     spared &= ~_rims(lens, found, scale)
     found &= ~spared

@@ -37,7 +37,16 @@ def refined(segmentation: Segmentation, encoded: np.ndarray, points: np.ndarray)
         encoded: [H, W, 3] float32 sRGB-encoded 0..1.
         points: [L, 2] pixels.
     """
-    return _with_frames(_with_scalp(segmentation, encoded, points), encoded, points)
+    labels, regions, skin = (
+        plane.copy() for plane in (segmentation.labels, segmentation.regions, segmentation.skin)
+    )
+    for label, mend, most in ((HAIR, _hair, HAIR_SCALE), (GLASSES, _glasses, GLASSES_SCALE)):
+        labelled = regions == label
+        if labelled.any():
+            part = _part(labels, regions, encoded, points, labelled, most)
+            here = labelled[part.box]
+            mend(part, here, labels[part.box], regions[part.box], skin[part.box])
+    return replace(segmentation, labels=labels, regions=regions, skin=skin)
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +54,8 @@ class _Part:
     """The part of a photo around some label, at a smaller scale."""
 
     box: tuple[slice, slice]  # rows and columns in the photo
-    scale: float  # pixels a millimetre
+    mm: float  # the photo's pixels a millimetre
+    scale: float  # those of this part
     picture: np.ndarray  # [h, w, 3]
     labels: np.ndarray  # [h, w]
     regions: np.ndarray  # [h, w]
@@ -57,7 +67,7 @@ class _Part:
         return found
 
 
-def _part(segmentation, encoded, points, where, most):
+def _part(labels, regions, encoded, points, where, most):
     """The _Part around a mask [H, W], at `most` pixels a millimetre."""
     mm = face_size(points) / EYES_APART
     scale = min(mm, most)
@@ -69,70 +79,48 @@ def _part(segmentation, encoded, points, where, most):
 
     picture = np.clip(small(encoded, cv2.INTER_AREA).astype(np.float32), 0, 1)
     corner = np.array([box[1].start, box[0].start])
-    return _Part(
-        box,
-        scale,
-        picture,
-        small(segmentation.labels),
-        small(segmentation.regions),
-        (points[:, :2] - corner) * scale / mm,
-    )
+    own = (points[:, :2] - corner) * scale / mm
+    return _Part(box, mm, scale, picture, small(labels), small(regions), own)
 
 
-def _with_scalp(segmentation, encoded, points):
-    labelled = segmentation.regions == HAIR
-    if not labelled.any():
-        return segmentation
-    part = _part(segmentation, encoded, points, labelled, HAIR_SCALE)
-    hair, skin, clothes, backdrop = (
+def _hair(part, here, labels, regions, skin):
+    """Write scalp and clothes into the part's planes, where `here` is labelled hair."""
+    hair, face, clothes, backdrop = (
         part.regions == label for label in (HAIR, SKIN, CLOTHES, BACKGROUND)
     )
     own = without_clothes(hair, clothes, part.scale)
     own = without_cloth_colors(part.picture, own, clothes, part.scale)
     level = part.points[np.concatenate([*EYES]), 1].mean()
-    scalp = bare(part.picture, own, skin, backdrop, level, part.scale)
-    labels, regions = segmentation.labels.copy(), segmentation.regions.copy()
-    here = labelled[part.box]
+    scalp = bare(part.picture, own, face, backdrop, level, part.scale)
     for label, found in ((CLOTHES, hair & ~own), (SKIN, scalp)):
         found = found | (beside(found) & ~hair)  # up to the border, which is finer in the photo
         found = part.whole(found, here.shape) & here
-        labels[part.box][found] = regions[part.box][found] = label
-    mm = face_size(points) / EYES_APART
-    skin = _unwrapped(segmentation.skin, regions, here, part.box, SCALP, mm)
-    return replace(segmentation, labels=labels, regions=regions, skin=skin)
+        labels[found] = regions[found] = label
+    _unwrap(skin, regions, here, SCALP, part.mm)
 
 
-def _with_frames(segmentation, encoded, points):
-    labelled = segmentation.regions == GLASSES
-    if not labelled.any():
-        return segmentation
-    part = _part(segmentation, encoded, points, labelled, GLASSES_SCALE)
-    worn, skin = part.regions == GLASSES, part.regions == SKIN
+def _glasses(part, here, labels, regions, skin):
+    """Write what glasses do not hide into the part's planes, where `here` is labelled so."""
+    worn, face = part.regions == GLASSES, part.regions == SKIN
     lens, brows = part.labels == LENS, part.labels == BROWS
-    found = frames(part.picture, worn, lens, skin, brows, part.points, part.scale)
-    labels, regions = segmentation.labels.copy(), segmentation.regions.copy()
-    here = labelled[part.box]
+    found = frames(part.picture, worn, lens, face, brows, part.points, part.scale)
     found = part.whole(found, here.shape)
-    labels[part.box][here & found & (labels[part.box] == LENS)] = GLASSES
+    labels[here & found & (labels == LENS)] = GLASSES
     clear = here & ~found
-    labels[part.box][clear & (labels[part.box] == GLASSES)] = SKIN
-    regions[part.box][clear] = SKIN
-    mm = face_size(points) / EYES_APART
-    off = cv2.distanceTransform((~here).astype(np.uint8), cv2.DIST_L2, 3) / mm
-    skin = _unwrapped(segmentation.skin, regions, off < RIM, part.box, LENSES, mm)
-    return replace(segmentation, labels=labels, regions=regions, skin=skin)
+    labels[clear & (labels == GLASSES)] = SKIN
+    regions[clear] = SKIN
+    off = cv2.distanceTransform((~here).astype(np.uint8), cv2.DIST_L2, 3) / part.mm
+    _unwrap(skin, regions, off < RIM, LENSES, part.mm)
 
 
-def _unwrapped(skin, regions, where, box, limits, mm):
-    """What of the skin can be unwrapped [H, W], with what lies in a mask of a box far enough from all else.
+def _unwrap(skin, regions, where, limits, mm):
+    """Let in what can be unwrapped [h, w]: what of a mask is far enough from all that is no skin.
 
     Args:
         limits: mm from what is no skin: none can be unwrapped, all can.
         mm: pixels a millimetre.
     """
-    face = np.isin(regions[box], (SKIN, EYE))
+    face = np.isin(regions, (SKIN, EYE))
     inside = cv2.distanceTransform(face.astype(np.uint8), cv2.DIST_L2, 3) / mm
     sure = smoothstep(*limits, inside) * (where & face)
-    out = skin.copy()
-    out[box] = np.maximum(out[box], sure.astype(np.float32))
-    return out
+    np.maximum(skin, sure.astype(np.float32), out=skin)

@@ -196,7 +196,7 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     on_skin = soften(atlas.paint(visibility.weight(*ON_SKIN) * proof), inside)
     color = atlas.paint(bilinear(linear, pixels))
     here, edge = atlas.paint(here), atlas.paint(edge) * strip
-    lost = _loose(here, growth)
+    lost = loose(here, growth)
     here, edge = here * (1 - lost), edge * (1 - lost)
 
     def blurred(grid):
@@ -230,11 +230,13 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     tone = _tone(color, sure if sure.any() else lock, own, linear, mattes)
     smooth = np.exp(both_sides(tone, seen))
     made = smooth * np.exp(_energy(color, sure) * noise)[..., None]
-    # What hangs before temples and cheeks does not end with the view: it fades out beyond it.
+    # What hangs before temples and cheeks does not end with the view: it fades out beyond it, but not
+    # over skin that is seen.
     fade = np.clip(2 * cv2.GaussianBlur(shown, (0, 0), atlas.size / BESIDE), 0, 1)
     fade *= (
         np.maximum(1 - seen - unseen, 0) * inside * (1 - uv_polygon(head, OVAL, 0.8, atlas.size))
     )
+    fade *= 1 - atlas.paint(bare * visibility.weight(*ON_SKIN))
     near = np.exp(diffuse(dark, shown))
     layers = ((color, shown), (made, unseen), (near, fade))
     total = sum(colors * alpha[..., None] for colors, alpha in layers)
@@ -271,7 +273,7 @@ def on_ears(head: HeadModel, atlas: Atlas) -> np.ndarray:
     return (ear_depth(flat, ear_box(head)) < 1).astype(np.float32)
 
 
-def _loose(here, growth):
+def loose(here: np.ndarray, growth: np.ndarray) -> np.ndarray:
     """Where hair [T, T] is of patches that do not reach the scalp, 0 or 1.
 
     Such a patch hangs behind the jaw, or is no hair: a beard, the temple of glasses.

@@ -9,8 +9,8 @@ import numpy as np
 from bakery.generators.base import Subject
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
-from bakery.geometry.color import to_linear
-from bakery.geometry.fill import diffuse, smoothstep
+from bakery.geometry.color import LUMA, to_linear
+from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.landmarks import FACE
@@ -34,6 +34,8 @@ from bakery.types import Fit, Landmarks, Photo
 
 CHANGED = 0.1  # log ratio from which skin no longer counts as observed
 LIFTED = (0.2, 0.5)  # log of a change of light: the strip beside hair is shown up to it, is not
+TINT = 60  # share of the atlas over which that strip has the tint of the skin below
+TINTED = 1.0  # log, by which its tint is changed at most
 DARK = 1e-3  # linear; below it no ratio is told
 
 
@@ -156,7 +158,7 @@ def prepare(
     lids = lid_skin(head, neutral, texture, atlas)
     turn = rotation.matrix(fit.camera.rotation)
     over = hair(view.image, view.mattes, head, on_skin, view.visibility)
-    over = _lit_strip(over, skin.lift, view)
+    over = _lit_strip(over, skin.lift, texture, view)
     if glasses:
         frames = frame_layer(view.image, view.mattes.frame, on_skin, view.visibility)
         over = laid_over(over, frames)
@@ -178,13 +180,17 @@ def prepare(
     )
 
 
-def _lit_strip(over: np.ndarray, lift: np.ndarray, view: SkinView) -> np.ndarray:
+def _lit_strip(
+    over: np.ndarray, lift: np.ndarray, texture: np.ndarray, view: SkinView
+) -> np.ndarray:
     """The layer of the hair [T, T, 4] whose strip of skin is as light as the skin beside it was made.
 
-    Where that takes much the strip lies in shadow, which is redder than skin: it is left to the skin below.
+    Where that takes much the strip lies in shadow: it is left to the skin below. Its tint is that of the
+    skin below: what is near hair lies in its shade, which is redder, and evened skin has no lamp's colour.
 
     Args:
         lift: [T, T] log, as of CompleteAlbedo.
+        texture: [T, T, 3] linear, the skin below.
     """
     strip, strands = (
         view.on_skin.paint(bilinear(matte, view.visibility.pixels))
@@ -194,6 +200,13 @@ def _lit_strip(over: np.ndarray, lift: np.ndarray, view: SkinView) -> np.ndarray
     beside = diffuse(lift[..., None].astype(np.float32), (lift != 0).astype(np.float32))[..., 0]
     out = over * (1 - share * smoothstep(*LIFTED, np.abs(beside)))[..., None]
     out[..., :3] *= np.exp(share * beside)[..., None]
+    own, below = (
+        np.log(np.maximum(color, DARK))
+        for color in (out[..., :3] / np.maximum(out[..., 3:], DARK), texture)
+    )
+    tint = (below - own) - ((below - own) @ LUMA)[..., None]
+    tint = normalized_blur(tint, (share * out[..., 3]).astype(np.float32), len(over) / TINT)
+    out[..., :3] *= np.exp(share[..., None] * np.clip(tint, -TINTED, TINTED))
     return out.astype(over.dtype)
 
 
