@@ -33,7 +33,7 @@ def diffuse(values: np.ndarray, weight: np.ndarray, floor: float = 1e-4) -> np.n
         Gortler, Grzeszczuk, Szeliski and Cohen, "The Lumigraph", SIGGRAPH 1996, section 3.4.1.
     """
     values = np.asarray(values, np.float32)
-    weight = np.asarray(weight, np.float32)
+    weight = np.maximum(np.asarray(weight, np.float32), 0)  # rounding leaves -1e-7, and 1 over that
     levels = [(values * weight[..., None], weight)]
     while min(levels[-1][1].shape) > 2:
         total, mass = levels[-1]

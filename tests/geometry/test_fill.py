@@ -54,3 +54,13 @@ def test_what_is_enclosed():
     found = enclosed(mask)
     assert found[2:5, 2:5].all() and found[7, 4] and found.sum() == 10
     assert not enclosed(np.ones((4, 4), bool)).any() and not enclosed(np.zeros((4, 4), bool)).any()
+
+
+def test_weights_that_rounding_leaves_below_nothing_say_nothing():
+    """1 - 1.0000001 as a weight made colours of 1e3 beside a beard, which then were taken for shadows."""
+    values = np.random.default_rng(0).uniform(0, 1, (32, 32, 1)).astype(np.float32)
+    weight = np.zeros((32, 32), np.float32)
+    weight[4:8, 4:8] = 1
+    wanted = diffuse(values, weight)
+    weight[weight == 0] = -1.2e-7
+    np.testing.assert_array_equal(diffuse(values, weight), wanted)

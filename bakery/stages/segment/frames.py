@@ -5,7 +5,7 @@ import numpy as np
 
 from bakery.geometry.fill import diffuse
 from bakery.landmarks import BROW_LEFT, BROW_RIGHT, EYES
-from bakery.stages.segment.scalp import length
+from bakery.stages.segment.scalp import length, opened
 
 THICK = 18.0  # CIELAB distance from the skin around, of frames and of what lenses mirror
 THIN = 7.0  # CIELAB, by which a line differs from both of its sides
@@ -20,6 +20,7 @@ BROW = 1.15  # times a brow, within which it is
 TOLD = 0.2  # of that: so much must be labelled brow to tell its colour
 BROWN = 12.0  # CIELAB distance from a brow's colour, of its own hairs
 LENS = 150.0  # mm2 of a lens at least
+DARK_LENS = 6.0  # mm, half the width from which it is no brow
 RIM = 2.0  # mm on both sides of a lens's outline
 RIMMED = 0.6  # of the outline: with so much of a rim, there is one all around
 LASHES = 1.25  # times an eye's opening, within which lines are its lashes
@@ -64,7 +65,7 @@ def frames(
         if told.any():  # what is like the brow is one; a dark frame before it does not show
             like = length(lab - np.median(lab[told], 0)) < BROWN
             spared |= brow & like
-    spared &= ~_rims(lens, found, scale)
+    spared &= ~_rims(lens, found, scale) & ~opened(found, DARK_LENS * scale)
     found &= ~spared
     _, number = cv2.connectedComponents((found | (faint & ~spared)).astype(np.uint8))
     large = np.bincount(number[found], minlength=number.max() + 1) > SPECK * scale**2

@@ -121,17 +121,19 @@ def _above(one, other):
 
 def _in_large_patches(found, hair, skin, scale):
     """Bare scalp [H, W] bool that goes on from skin, without specks of it in hair, or of hair in it."""
-    found = found & _opened(found | skin, NARROW * scale)  # no narrow way into hair
+    found = found & opened(found | skin, NARROW * scale)  # no narrow way into hair
     found = found & ~_specks(found, ~beside(skin), scale)
     left = hair & ~found
-    found = found | (left & ~_opened(left, THREAD * scale) & beside(found))
+    found = found | (left & ~opened(left, THREAD * scale) & beside(found))
     return found | _specks(hair & ~found, beside(found), scale)
 
 
-def _opened(mask, radius):
+def opened(mask: np.ndarray, radius: float) -> np.ndarray:
+    """A mask [H, W] without what is narrower than a disc of that radius, pixels: bool."""
     size = 2 * int(radius) + 1
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    return cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disk) > 0
+    wide: np.ndarray = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disk) > 0
+    return wide
 
 
 def beside(mask: np.ndarray) -> np.ndarray:

@@ -236,7 +236,8 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     fade *= (
         np.maximum(1 - seen - unseen, 0) * inside * (1 - uv_polygon(head, OVAL, 0.8, atlas.size))
     )
-    fade *= 1 - atlas.paint(bare * visibility.weight(*ON_SKIN))
+    skin = bilinear(cv2.dilate(mattes.skin, np.ones((9, 9), np.uint8)), pixels)  # and cracks beside
+    fade *= 1 - atlas.paint(skin * visibility.weight(*ON_SKIN))
     near = np.exp(diffuse(dark, shown))
     layers = ((color, shown), (made, unseen), (near, fade))
     total = sum(colors * alpha[..., None] for colors, alpha in layers)
