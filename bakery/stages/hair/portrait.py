@@ -12,6 +12,7 @@ from bakery.geometry.raster import rasterize
 from bakery.heads.base import HeadModel
 from bakery.landmarks import EYES
 from bakery.stages.segment import BACKGROUND, EARS, HAIR, HAT, HIDDEN, SKIN, Segmentation
+from bakery.stages.segment.scalp import beside
 from bakery.types import Camera, Fit
 
 FINE = 1.6  # pixels a millimetre at most
@@ -150,7 +151,7 @@ def before_face(
     if not solid.any():
         return out
     main = np.median(picture[solid], 0)
-    near = cv2.dilate(solid.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    near = beside(solid)
     count, number = cv2.connectedComponents((hiding & ~out).astype(np.uint8))
     for patch in range(1, count):
         piece = number == patch
@@ -200,8 +201,7 @@ def without_glare(
     across = np.ones((1, 2 * int(BESIDE_SKIN * scale) + 1), np.uint8)
     white &= cv2.dilate(skin.astype(np.uint8), across) > 0
     _, number = cv2.connectedComponents(white.astype(np.uint8))
-    touched = number[cv2.dilate(skin.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0]
-    white &= np.isin(number, touched)  # the rest are highlights of light hair
+    white &= np.isin(number, number[beside(skin)])  # the rest are highlights of light hair
     size = 2 * max(int(HALF_LIT * scale), 1) + 1
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     around = cv2.dilate(white.astype(np.uint8), disk) > 0

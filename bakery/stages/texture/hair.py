@@ -30,8 +30,8 @@ from bakery.stages.segment import (
     SKIN,
     Segmentation,
 )
+from bakery.stages.segment.refine import EYES_APART
 
-EYES_APART = 90.0  # mm, `face_size` of a mean head
 HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
 SHOWN_STRIP = (0.18, 0.13)  # the layer shows none, all: wider, so that nothing gapes between both
 HALO = (0.015, 0.04)  # of the eye distance, from the background: its light is on what is nearer
