@@ -78,12 +78,18 @@ def ear_box(head: HeadModel) -> tuple[float, float, float, float]:
     return across.min(), across.max(), up.min(), up.max()
 
 
-def ear_depth(flat: np.ndarray, box: tuple[float, float, float, float]) -> np.ndarray:
-    """Below 1 on an ear, where the unrolled points [N, 2] lie in its box (`ear_box`)."""
+def ear_depth(
+    flat: np.ndarray, box: tuple[float, float, float, float], square: float = 8.0
+) -> np.ndarray:
+    """Below 1 on an ear, where the unrolled points [N, 2] lie in its box (`ear_box`).
+
+    Args:
+        square: exponent; of the box's corners nothing is left out at infinity, of an oval at 2.
+    """
     front, behind, low, high = box
     across = (flat[:, 0] - (front + behind) / 2) / ((behind - front) / 2 + 2)
     up = (flat[:, 1] - (low + high) / 2) / ((high - low) / 2 + 3)
-    depth: np.ndarray = np.abs(across) ** 8 + np.abs(up) ** 8
+    depth: np.ndarray = np.abs(across) ** square + np.abs(up) ** square
     return depth
 
 

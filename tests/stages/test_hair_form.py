@@ -174,6 +174,33 @@ def test_a_shaded_rim_does_not_colour_all_of_a_side(curtains):
     assert bright.max() - bright.min() < 2 * DIFFERS + 0.05
 
 
+def test_a_side_that_is_hardly_seen_looks_as_the_other_one(curtains):
+    """With its streaks; where that is not seen either, hair is made up."""
+    portrait, shell = curtains
+    painter = Painter(portrait, shell, flow(portrait, shell, *photographed(portrait))[0])
+    streaked = (
+        portrait.color * np.where(np.arange(len(portrait.color)) % 6 < 3, 0.7, 1.3)[:, None, None]
+    )
+    painter.portrait = replace(portrait, color=streaked.astype(np.float32))
+    painter.carving = painter.carving.copy()
+    painter.carving[:, : chart.COLUMNS // 2, 1] = 0  # the right side is not told
+    rows, columns = np.nonzero((shell.there > 0.9) & (shell.seen > 0.5))
+    chosen = columns > chart.COLUMNS // 2 + 2
+    cells = np.stack([columns[chosen] + 0.5, rows[chosen] + 0.5], -1)
+    own, shown, _ = painter.color(shell.surface(cells, 1.0), cells, np.zeros(len(cells)))
+    there = chart.mirrored(cells)
+    points = shell.chart.mirrored(shell.surface(cells, 1.0))
+    other, none, _ = painter.color(points, there, np.zeros(len(cells)))
+    well = shown > 0.99
+    assert well.sum() > 20 and none[well].max() == 0
+    np.testing.assert_allclose(
+        other[well], own[well], rtol=0.05
+    )  # tones of both sides are about alike
+    painter.carving[..., 1] = 0
+    plain, _, _ = painter.color(points, there, np.zeros(len(cells)))
+    assert np.log(plain[well, 0]).std() < 0.6 * np.log(own[well, 0]).std()
+
+
 def test_a_bald_top_that_shines_does_not_tell_the_colour_of_the_back(curtains):
     portrait, shell = curtains
     painter = Painter(portrait, shell, flow(portrait, shell, *photographed(portrait))[0])

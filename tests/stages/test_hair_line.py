@@ -197,3 +197,10 @@ def test_tips_of_short_wisps_end_together():
         ends.append(tips[0] - tips[1])
     assert ends[0] < 8
     assert ends[1] > 20
+
+
+def test_a_side_that_is_seen_somewhat_worse_tells_nothing_but_what_it_sees_well_itself():
+    """A few degrees of turn tell which temple is believed; a forehead is seen well on both sides."""
+    cosine = np.array([[0.9, 0.3, 0.6, 0.95]])
+    own, _ = trusted(cosine, np.ones((1, 4)))
+    assert own[0, 1] < 1e-6 and own[0, [0, 2, 3]].min() == 1

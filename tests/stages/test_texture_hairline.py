@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 from bakery.geometry.mesh import vertex_normals
 from bakery.heads.scalp import ear_box, ear_depth, unrolled
 from bakery.stages.atlas import make_atlas
+from bakery.stages.texture.hair import OVAL_EAR
 from bakery.stages.texture.hairline import (
     CAP,
     GOES_ON,
@@ -53,7 +54,7 @@ def test_hair_thins_out_from_the_cap(head, atlas, mesh, grown):
     away, _ = cKDTree(_sampled(mesh, mesh.faces[(mesh.kind == CAP) & mesh.shown(0)])[0]).query(
         atlas.at(head.mean)
     )
-    ear = ear_depth(unrolled(head)(atlas.at(head.mean)), ear_box(head)) < 1
+    ear = ear_depth(unrolled(head)(atlas.at(head.mean)), ear_box(head), OVAL_EAR) < 1
     alpha = grown[..., 3].ravel()[atlas.index]
     shares = [alpha[(away >= near) & (away < near + 2) & ~ear].mean() for near in (3, 5, 7)]
     assert shares == sorted(shares, reverse=True)

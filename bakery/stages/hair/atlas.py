@@ -201,22 +201,8 @@ class Painter:
         """
         portrait, shell = self.portrait, self.shell
         pixels, depth = portrait.pixels(points)
-        inside = portrait.inside(pixels)
-        thick = shell.chart.take(shell.radius - shell.base, cells)
-        first = depth < at(self.nearest, pixels) + 9 + 0.4 * thick
-        slant = self._cosine(points, cells)
-        shown = inside * first * smoothstep(*SLANT, np.abs(slant))
-        shown = shown * np.where(slant < 0, INNER_SIDE, 1.0)
         air, on_skin = shell.chart.take(self.carving, cells).T
-        shown = shown * on_skin
-        hair = bilinear(portrait.hair, pixels)
-        picture = bilinear(portrait.color, pixels)
-        if skin:
-            bare = smoothstep(0.7, 0.3, hair) * at(portrait.skin, pixels)
-            picture = picture + bare[:, None] * (bilinear(portrait.linear, pixels) - picture)
-            shown = shown * np.maximum(smoothstep(0.1, 0.5, hair), bare)
-        else:
-            shown = shown * smoothstep(0.1, 0.5, hair)
+        picture, shown = self._shown(points, cells, skin)
         tone = shell.chart.take(self.tone, cells)
         light = self._light(cells)
         detail = STREAKS * self.energy * streak
@@ -224,10 +210,35 @@ class Painter:
             detail = detail + self.curls.share * (curl - detail)
         level = light + (1 + light) * detail
         made = np.exp(tone + np.log(SHADE) + level[:, None])
+        # A side that is hardly seen looks as the other one does, in its own tone.
+        there = charts.mirrored(cells)
+        other, known = self._shown(shell.chart.mirrored(points), there)
+        off = np.clip(tone - shell.chart.take(self.tone, there), -DIFFERS, DIFFERS)
+        made += known[:, None] * (other * np.exp(off) - made)
         color = made + shown[:, None] * (picture - made)
-        before = smoothstep(6.0, 1.0, depth - body_depth(portrait, shell, pixels)) * inside
+        before = smoothstep(6.0, 1.0, depth - body_depth(portrait, shell, pixels))
+        before = before * portrait.inside(pixels)
         before = before * np.where(at(portrait.depth, pixels) < NOTHING, on_skin, air)
-        return color, shown, 1 - before * (1 - hair)
+        return color, shown, 1 - before * (1 - bilinear(portrait.hair, pixels))
+
+    def _shown(self, points, cells, skin=False):
+        """What the photo shows of places [n, 3]: colours [n, 3] linear, and how surely [n]."""
+        portrait, shell = self.portrait, self.shell
+        pixels, depth = portrait.pixels(points)
+        thick = shell.chart.take(shell.radius - shell.base, cells)
+        first = depth < at(self.nearest, pixels) + 9 + 0.4 * thick
+        slant = self._cosine(points, cells)
+        shown = portrait.inside(pixels) * first * smoothstep(*SLANT, np.abs(slant))
+        shown = shown * np.where(slant < 0, INNER_SIDE, 1.0)
+        shown = shown * shell.chart.take(self.carving[..., 1], cells)
+        hair = bilinear(portrait.hair, pixels)
+        picture = bilinear(portrait.color, pixels)
+        sure = smoothstep(0.1, 0.5, hair)
+        if skin:
+            bare = smoothstep(0.7, 0.3, hair) * at(portrait.skin, pixels)
+            picture = picture + bare[:, None] * (bilinear(portrait.linear, pixels) - picture)
+            sure = np.maximum(sure, bare)
+        return picture, shown * sure
 
     def _carving(self):
         """How far the photo may cut hair off before backdrop, and before skin: [ROWS, COLUMNS, 2] 0..1.

@@ -49,6 +49,10 @@ class Chart:
         found: np.ndarray = bilinear(padded, cells + [1.0, 0.0])
         return found
 
+    def mirrored(self, points: np.ndarray) -> np.ndarray:
+        """Points [..., 3] on the other side of the head."""
+        return points * [-1.0, 1, 1] + [2 * self.center[0], 0, 0]
+
     def place(self, cells: np.ndarray, distance: np.ndarray) -> np.ndarray:
         """Points [..., 3] of cells [..., 2] at distances [...] mm."""
         around = (cells[..., 0] / COLUMNS - 0.5) * 2 * np.pi
@@ -63,6 +67,11 @@ def grid() -> np.ndarray:
     """The middles of all cells: [ROWS, COLUMNS, 2]."""
     column, row = np.meshgrid(np.arange(COLUMNS) + 0.5, np.arange(ROWS) + 0.5)
     return np.stack([column, row], -1)
+
+
+def mirrored(cells: np.ndarray) -> np.ndarray:
+    """Cells [..., 2] on the other side of the head."""
+    return cells * [-1.0, 1] + [COLUMNS, 0]
 
 
 def azimuth() -> np.ndarray:

@@ -107,16 +107,21 @@ def flow(
     # Carried around the head as shares of left, down: what one side shows the back goes on with.
     shares = np.stack([(seen * axes[:, :, k]).sum(-1) for k in (0, 1)], -1)
     normal = np.stack([(usual * axes[:, :, k]).sum(-1) for k in (0, 1)], -1)
-    off = shares - normal
+    own = np.clip(weight * 2, 0, 1)
+    other = own[:, ::-1] * (1 - own)  # a side that is hardly seen is combed as the other one
+    told = own + other
+    off = own[..., None] * (shares - normal)
+    off += other[..., None] * ((shares - normal)[:, ::-1] * [-1.0, 1])
+    off /= np.maximum(told, 1e-6)[..., None]
     wide = COLUMNS // 2
-    padded = np.pad(off * 1.0, ((0, 0), (wide, wide), (0, 0)), "wrap").astype(np.float32)
-    amount = np.pad(np.clip(weight * 2, 0, 1), ((0, 0), (wide, wide)), "wrap").astype(np.float32)
+    padded = np.pad(off, ((0, 0), (wide, wide), (0, 0)), "wrap").astype(np.float32)
+    amount = np.pad(told, ((0, 0), (wide, wide)), "wrap").astype(np.float32)
     on = diffuse(padded, amount)[:, wide:-wide]
-    near = smoothstep(0.0, 0.15, charts.smooth(np.clip(weight * 2, 0, 1), 20.0))[..., None]
+    near = smoothstep(0.0, 0.15, charts.smooth(told, 20.0))[..., None]
     both = charts.smooth(normal + on * near, 4.0)
     out = both[..., :1] * axes[:, :, 0] + both[..., 1:] * axes[:, :, 1]
     out = out / np.maximum(np.linalg.norm(out, axis=-1, keepdims=True), 1e-6)
-    return out, np.clip(weight * 2, 0, 1)
+    return out, own
 
 
 def _usual(shell: Shell, axes: np.ndarray) -> np.ndarray:

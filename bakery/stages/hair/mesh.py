@@ -11,7 +11,7 @@ from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
 from bakery.stages.hair.presence import sides_of
-from bakery.stages.hair.shell import Shell, told
+from bakery.stages.hair.shell import Shell, hanging, told
 from bakery.stages.hair.strands import KNOTS, Wisps
 
 CAP = (0.75, 0.92)  # share of the way from what hair lies on to where it ends, at least and at most
@@ -29,9 +29,9 @@ ASIDE = (
     40.0,
     55.0,
 )  # degrees from the camera: a fringe hangs before the face, a temple's hair lies on it
-EARS = 85.0, 95.0  # degrees from the camera, from which an ear stands before the skin
-TEMPLE = 12.0, 8.0  # rows below the equator from which hair beside the face hangs
-BESIDE = 5.0  # mm that the cap ends before a hairline beside the face: single hairs are drawn on the skin
+EARS = 85.0, 95.0  # degrees from the middle of the face, from which an ear stands before the skin
+TEMPLE = 9.0, 5.0  # rows below the equator from which hair beside the face hangs
+BESIDE = 8.0  # mm that the cap ends before a hairline beside the face: single hairs are drawn on the skin
 RISE = 14.0  # mm over which it rises from its border
 ENDS = 3  # rows above the end of hanging hair at which its core ends
 FINE, COARSE = (2, 2), (4, 4)  # rows and columns of the chart between the cap's vertices
@@ -167,11 +167,11 @@ def _before_face(shell: Shell, portrait: Portrait, cells: np.ndarray) -> np.ndar
 
 def beside_face(shell: Shell, portrait: Portrait) -> np.ndarray:
     """Where hair ends in one line beside the face [ROWS, COLUMNS] 0..1: not where it hangs, nor from the ears on."""
-    front = sides_of(shell.chart, cameras.position(portrait.camera))[2]
     first, last = np.cos(np.radians(EARS))
-    before_ears = smoothstep(last, first, np.cos(charts.azimuth() - front))
+    before_ears = smoothstep(last, first, np.cos(charts.azimuth()))
     high = smoothstep(*TEMPLE, np.arange(ROWS) + 0.5 - DOME)
-    found: np.ndarray = _aside(shell, portrait) * before_ears * high[:, None]
+    aside = _aside(shell, portrait) * before_ears * high[:, None]
+    found: np.ndarray = aside * (1 - hanging(shell))
     return found
 
 

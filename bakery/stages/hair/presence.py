@@ -19,6 +19,8 @@ SIDE = 60.0, 74.0  # degrees from the camera: what hangs beside the face is fart
 FLANK = 85.0  # mm, radius of the cylinder on whose sides the outline lies
 SQUARE = (0.02, 0.12)  # cosine to the camera: the photo says nothing up to it, all from it on
 NEAR = (0.15, 0.6)  # the same for what the other side may overrule
+BETTER = 0.25  # by which that of the other side is larger where this one says nothing
+FIRM = (0.45, 0.7)  # but for what is seen well itself: none of it, all of it
 MIRROR = 0.7  # weight of what the other side shows, where the own one is not seen
 PRIOR = 0.06  # weight of the usual hairline
 TURNED = (5.0, 15.0)  # degrees: of a turned head the near side tells of the far one
@@ -187,7 +189,9 @@ def trusted(
         0..1 each.
     """
     own, well = (smoothstep(*limits, cosine) * told for limits in (square, NEAR))
-    own = own * (1 - np.clip(well[:, ::-1] - well, 0, 1))
+    seen = np.maximum(cosine, 0) * told
+    worse = np.clip((seen[:, ::-1] - seen) / BETTER, 0, 1)
+    own = own * (1 - worse * (1 - smoothstep(*FIRM, seen)))
     return own, MIRROR * well[:, ::-1] * (1 - own)
 
 

@@ -71,10 +71,15 @@ def told(shell: Shell) -> np.ndarray:
 
     All of hair that hangs; of hair that grows there, only what is seen squarely (`presence`).
     """
-    thick = (shell.radius - shell.chart.skull) * (shell.growth < 0.3)
     low = smoothstep(HELD - 2, HELD + 4, charts.grid()[..., 1] - DOME)
-    hangs = np.maximum(low, smoothstep(8, 14, thick))
-    found: np.ndarray = np.maximum(hangs, shell.seen)
+    found: np.ndarray = np.maximum(np.maximum(low, hanging(shell)), shell.seen)
+    return found
+
+
+def hanging(shell: Shell) -> np.ndarray:
+    """How surely hair stands off skin that it does not grow on: [ROWS, COLUMNS] 0..1."""
+    thick = (shell.radius - shell.chart.skull) * (shell.growth < 0.3)
+    found: np.ndarray = smoothstep(8, 14, thick)
     return found
 
 

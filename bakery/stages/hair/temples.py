@@ -24,7 +24,7 @@ FIRM = 0.2, 0.45  # cosine to the camera up to which the line counts, and from w
 LEAST = 0.06  # of a full weight, of what nobody sees
 STEADY = 7  # rows of which the middle one counts: a notch or spike of 9 mm is none
 SMOOTH = 2.0  # rows
-SOFT = 5.0  # mm on both sides of the line over which hair begins
+SOFT = 10.0  # mm on both sides of the line over which hair begins
 
 
 @dataclass(frozen=True)

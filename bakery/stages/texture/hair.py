@@ -42,10 +42,8 @@ UP_TO_SCALP = 1.08  # of the face's contour: between it and the scalp nothing ga
 JAW = 20.0  # mm above the chin, where the layer has gone
 # Cosine: at a slant the photo says where hair is, not how it looks: a pixel is a streak.
 LOOK = (0.1, 0.3)
-SQUARE = (
-    0.1,
-    0.45,
-)  # cosine: on the skin a few mm of the fit are centimetres of hair that is drawn
+# Cosine: on the skin a few mm of the fit are centimetres of hair that is drawn.
+SQUARE = (0.1, 0.45)
 SIDEBURN = (-6.0, 8.0)  # mm above the middle of an ear, up to which the layer shows none, all
 LOBE = 6.0  # mm before an ear from which it shows all
 POCKETS = 0.25  # of the eye distance, from the background: how far between strands it is seen
@@ -59,9 +57,11 @@ UNLIKE = 0.08  # distance of sRGB colours of hair and skin that can be told apar
 LIKE = (0.5, 0.7)  # of the way from skin's colour to hair's: no hair up to it, all from it on
 SHINING = (1.8, 2.4)  # upper over lower fifth of hair's lightness: even, shining
 GLOSS = (1.4, 1.9)  # lightness over that of dull hair: such, highlights
+OVAL_EAR = 2.5  # exponent of an ear's outline: in the corners of its box hair grows
 REACH = 25  # share of the atlas over which what is made up passes to the hair's middle colour
 LEFT = 0.05  # of what is labelled hair
-FRAYED = 0.12  # how far locks reach over it
+FRAY = (0.7, 8.0)  # mm, width and length of hairs at the hairline
+FRAYED = 0.06  # how far they reach over it
 CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
 
 
@@ -224,12 +224,15 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
         return np.concatenate([color, np.ones_like(color[..., :1])], -1) * shown[..., None]
     sure = cv2.erode((lock > 0.9).astype(np.float32), np.ones((5, 5), np.uint8)) * growth
     noise = atlas.paint(locks(head, atlas, *LOCK))
-    line = smoothstep(0.25, 0.75, grown + FRAYED * noise)
+    line = smoothstep(0.25, 0.75, grown + FRAYED * atlas.paint(locks(head, atlas, *FRAY)))
     unseen = (1 - seen) * strip * line * (1 - lost) * (1 - atlas.paint(on_ears(head, atlas)))
     dark = np.log(np.maximum(color, 1e-3))  # dark hair stays dark beside its highlights
     tone = _tone(color, sure if sure.any() else lock, own, linear, mattes)
     smooth = np.exp(both_sides(tone, seen))
     made = smooth * np.exp(_energy(color, sure) * noise)[..., None]
+    # A side that is hardly seen looks as the other one does, in its own tone.
+    other, there = color[:, ::-1] * smooth / smooth[:, ::-1], (look * sure)[:, ::-1]
+    made += cv2.GaussianBlur(there, (0, 0), 2)[..., None] * (other - made)
     # What hangs before temples and cheeks does not end with the view: it fades out beyond it, but not
     # over skin that is seen.
     fade = np.clip(2 * cv2.GaussianBlur(shown, (0, 0), atlas.size / BESIDE), 0, 1)
@@ -271,7 +274,7 @@ def beside_scalp(growth: np.ndarray) -> np.ndarray:
 def on_ears(head: HeadModel, atlas: Atlas) -> np.ndarray:
     """1 on the ears [n] float32, where no hair grows."""
     flat = unrolled(head)(atlas.at(head.mean))
-    return (ear_depth(flat, ear_box(head)) < 1).astype(np.float32)
+    return (ear_depth(flat, ear_box(head), OVAL_EAR) < 1).astype(np.float32)
 
 
 def loose(here: np.ndarray, growth: np.ndarray) -> np.ndarray:
