@@ -209,6 +209,13 @@ def with_glasses(rim, brow=SKIN_TONE, thick=3):
     return photo, Segmentation(labels, skin, regions), points, true
 
 
+def test_a_rim_in_a_grainy_photo_is_found_whole():
+    photo, segmentation, points, true = with_glasses((0.6, 0.45, 0.3), thick=2)
+    grain = np.random.default_rng(3).normal(0, 0.06, photo.shape)
+    found = refined(segmentation, np.clip(photo + grain, 0, 1).astype(np.float32), points)
+    assert (found.regions == GLASSES)[true].mean() > 0.9
+
+
 @pytest.mark.parametrize("rim", [(0.1, 0.1, 0.12), (0.75, 0.65, 0.2), (0.95, 0.95, 0.98)])
 def test_rims_are_cut_to_their_width(rim):
     photo, segmentation, points, true = with_glasses(rim)

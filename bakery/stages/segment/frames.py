@@ -13,7 +13,7 @@ GOES_ON = 0.6  # of that, where a line is fainter
 NOISE = 3.0  # times what lines differ by on the face's skin
 LIGHT = 0.7  # of a difference of lightness, beside one of hue
 WIDTH = 5.0  # mm: wider than a line
-SMOOTH = 0.4  # mm over which a colour is taken
+SMOOTH = 0.4, 0.9  # mm over which a colour is taken; in grainy photos another time
 SPECK = 2.0  # mm2: smaller spots are no frame
 EDGE = 1.1  # mm around what was found, where frames shine and cast shadows
 BROW = 1.15  # times a brow, within which it is
@@ -44,20 +44,17 @@ def frames(
         points: [L, 2] pixels.
         scale: pixels a millimetre.
     """
-    lab = cv2.cvtColor(
-        cv2.GaussianBlur(picture, (0, 0), max(SMOOTH * scale, 0.3)), cv2.COLOR_RGB2LAB
-    )
-    lab[..., 0] *= LIGHT
     plain = skin & ~brows
     core = cv2.erode(plain.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(np.float32)
     if not core.any():
         return worn
+    lab, coarse = (_lab(picture, mm * scale) for mm in SMOOTH)
     off = length(lab - diffuse(lab, core))
-    line = _lines(lab, WIDTH * scale)
-    usual = float(np.median(line[core > 0]))
-    least = max(THIN, NOISE * usual)
-    found = worn & ((off > THICK) | (line > least))
-    faint = worn & (line > GOES_ON * least)
+    line, grain = _beyond_grain(lab, core > 0, scale)
+    if grain > THIN:
+        line = np.maximum(line, _beyond_grain(coarse, core > 0, scale)[0])
+    found = worn & ((off > THICK) | (line > 1))
+    faint = worn & (line > GOES_ON)
     spared = _drawn(points, EYES, LASHES, worn.shape) & (off < 2 * THICK)
     for contour in (BROW_RIGHT, BROW_LEFT):
         brow = _drawn(points, (contour,), BROW, worn.shape)
@@ -73,6 +70,20 @@ def frames(
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     out: np.ndarray = worn & (cv2.dilate(large[number].astype(np.uint8), disk) > 0)
     return out
+
+
+def _lab(picture, pixels):
+    """CIELAB [H, W, 3] of a picture that is blurred by so many pixels, lightness at LIGHT of its weight."""
+    lab = cv2.cvtColor(cv2.GaussianBlur(picture, (0, 0), max(pixels, 0.3)), cv2.COLOR_RGB2LAB)
+    lab[..., 0] *= LIGHT
+    return lab
+
+
+def _beyond_grain(lab, core, scale):
+    """How lines stand out [H, W]: 1 is a frame's, which none on the skin `core` is like; and what those have."""
+    line = _lines(lab, WIDTH * scale)
+    grain = NOISE * float(np.median(line[core]))
+    return line / max(THIN, grain), grain
 
 
 def _lines(lab, width):
