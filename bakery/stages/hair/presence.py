@@ -1,6 +1,7 @@
 """Where on the chart hair is: as the photo shows it squarely, elsewhere as on the other side."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -31,7 +32,18 @@ HANGS = 14  # rows below the equator from which hair hangs
 SKIPPED = 2  # rows that hair before cheeks hangs over
 BETWEEN = 5  # columns, wider than what hangs below a gap between locks
 HOLE = 24  # cells: smaller gaps in hair are none
+EAR = 3.0  # mm off the skull: ears
+SKIN = 3.0  # mm over which what the photo shows on the skin is gathered
 BIT = 0.1  # of the largest piece of hair: smaller ones are none
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a photo shows on the skin; all grids [ROWS, COLUMNS]."""
+
+    hair: np.ndarray  # 0..1
+    told: np.ndarray  # 0..1, whether it shows skin or hair
+    cosine: np.ndarray  # to the line of sight
 
 
 def growth_of(chart: Chart, head: HeadModel, neutral: np.ndarray) -> np.ndarray:
@@ -110,6 +122,7 @@ def presence(
     hairy: np.ndarray,
     covered: tuple[bool, bool],
     low: float,
+    skin: Seen,
     temples: Temples,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Whether hair is in each cell, and whether the photo says so: [ROWS, COLUMNS] 0..1 each.
@@ -120,6 +133,7 @@ def presence(
         hairy: [ROWS, 2] evidence of the outline (right, left).
         covered: whether the (right, left) ear is under hair.
         low: mm, height above which hair beside an ear that is seen hangs behind it.
+        skin: what the photo shows on it.
         temples: of all cells.
     """
     eye = cameras.position(portrait.camera)
@@ -134,7 +148,7 @@ def presence(
     of_side = np.where(left > 0.5, crown[:, 1:], crown[:, :1])
     scalp_ = growth * (towards * of_side + (1 - towards) * crown.max(1, keepdims=True))
     hidden = np.maximum(scalp_, curtain_of(hairy, turn))
-    grown, square = _grown(chart, portrait, scalp_, eye, temples)
+    grown, square = _grown(skin, scalp_, temples)
     hung, seen = _hung(chart, portrait, base, radius, hidden, covered, turn, low, eye)
     under = np.where(np.sin(turn) > 0, covered[1], covered[0])
     last = np.where(under, 6, HELD)  # hair that covers ears hangs from their tips on
@@ -158,17 +172,42 @@ def _cosine(chart, points, eye):
     )
 
 
-def _grown(chart, portrait, usual, eye, temples):
-    """Where hair grows out of the skin, and how squarely that is seen."""
-    points = chart.place(charts.grid(), chart.skull)
+def seen_on(chart: Chart, portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Seen:
+    """What the photo shows on the skin of a head, gathered in each cell; not on ears.
+
+    Args:
+        neutral: [V, 3] mm.
+    """
+    faces = head.faces[head.part_faces("skin")]
+    points = neutral[faces].mean(1)
+    normals = np.cross(*(neutral[faces[:, k]] - neutral[faces[:, 0]] for k in (1, 2)))
+    cosine = cameras.facing(points, normals, portrait.camera)
+    cells, distance = chart.cell(points)
     pixels, depth = portrait.pixels(points)
     hair = bilinear(portrait.hair, pixels)
     told = (hair > 0.5) | ~at(portrait.behind, pixels)
     told = told & portrait.inside(pixels) & (depth < at(portrait.depth, pixels) + 6)
-    cosine = _cosine(chart, points, eye)
-    own, other = trusted(cosine, told)
-    grown = weighed(own, other, hair, usual, lambda grid: charts.smooth(grid, LINE))
-    return temples.smooth(grown, cosine * told), own
+    row, column = (np.clip(cells[:, k].astype(int), 0, n - 1) for k, n in ((1, ROWS), (0, COLUMNS)))
+    lies = (distance < chart.take(chart.skull, cells) + EAR) & (cells[:, 1] < ROWS)
+    index = row * COLUMNS + column
+
+    def gathered(values):
+        total = np.bincount(index[lies], values[lies], ROWS * COLUMNS).reshape(ROWS, COLUMNS)
+        return charts.smooth(total, SKIN)
+
+    weight = told * (np.maximum(cosine, 0) + 1e-3)
+    count = np.maximum(gathered(np.ones(len(faces))), 1e-6)
+    return Seen(
+        np.clip(gathered(weight * hair) / np.maximum(gathered(weight), 1e-9), 0, 1),
+        np.clip(gathered(told * 1.0) / count, 0, 1), gathered(cosine) / count,
+    )  # fmt: skip
+
+
+def _grown(seen, usual, temples):
+    """Where hair grows out of the skin, and how squarely that is seen."""
+    own, other = trusted(seen.cosine, seen.told)
+    grown = weighed(own, other, seen.hair, usual, lambda grid: charts.smooth(grid, LINE))
+    return temples.smooth(grown, seen.cosine * seen.told), own
 
 
 def trusted(

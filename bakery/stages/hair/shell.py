@@ -21,6 +21,7 @@ from bakery.stages.hair.presence import (
     curtain_of,
     growth_of,
     presence,
+    seen_on,
     sides_of,
 )
 from bakery.stages.hair.temples import temples_of
@@ -108,10 +109,11 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
     # What hangs ends in the air; elsewhere, and beside the face, hair rises from the skin.
     hung = (radius - chart.skull > OFF) & (free > 0.5)
     tall = np.maximum(radius - base - LEAST, 0)
+    skin = seen_on(chart, portrait, head, neutral)
     temples = temples_of(head, chart.place(cells, chart.skull))
     for _ in range(2):
         there, seen = presence(
-            chart, portrait, base, radius, growth, hairy, covered, chin - 25, temples
+            chart, portrait, base, radius, growth, hairy, covered, chin - 25, skin, temples
         )
         inside = charts.distance_inside(there > 0.5)
         rise = smoothstep(-2.0, RISE, inside)
