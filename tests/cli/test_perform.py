@@ -172,7 +172,9 @@ def test_transfer_carries_what_the_skin_does(bundle, bakery, blotched, tmp_path,
     assert np.abs(still).mean() < 1.0  # levels of 255; the codec alone makes some
     apart = cv2.GaussianBlur(dark - still, (0, 0), 4)
     row, column = np.unravel_index(apart.argmin(), apart.shape)
-    assert apart.min() < -1.5 and apart.max() < 1  # measured -1.8
+    # What a network makes of a blotch hangs by chance on its input: over nine targets whose shapes differ
+    # by less than 2 mm, or skins by less than any eye sees, -1.7 to -2.2 were measured.
+    assert apart.min() < -1.5 and apart.max() < 1
     assert 120 < row < 180 and 70 < column < 125  # the subject's right cheek, left in the picture
 
 

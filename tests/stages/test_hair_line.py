@@ -13,7 +13,7 @@ from bakery.stages.hair import chart
 from bakery.stages.hair.chart import DOME, ROWS
 from bakery.stages.hair.pattern import strand_alpha
 from bakery.stages.hair.portrait import at, look
-from bakery.stages.hair.presence import alike, alike_ears, trusted, weighed
+from bakery.stages.hair.presence import alike, ears_under, trusted, weighed
 from bakery.stages.hair.shell import SLACK, make_shell
 from bakery.stages.segment import BACKGROUND, HAIR, SKIN, Segmentation
 from bakery.types import EXPRESSIONS, Camera, Fit
@@ -113,8 +113,15 @@ def test_the_near_side_tells_of_what_hangs_on_the_far_one():
     assert straight[: DOME + 10].all() and not straight[DOME + 10 :, 0].any()
     assert turned.all()
     assert not alike(hairy, np.radians(-25))[DOME + 10 :, 0].any(), "the near side is bare"
-    assert alike_ears((True, False), np.radians(25)) == (False, False)
-    assert alike_ears((True, False), 0.0) == (True, False)
+    both = (True, True)
+    assert ears_under((True, False), both, np.radians(25)) == (False, False)
+    assert ears_under((True, False), both, 0.0) == (True, False)
+    assert ears_under(both, (False, True), np.radians(25)) == (True, True)
+
+
+def test_an_ear_with_no_hair_beside_its_lobe_is_only_turned_away():
+    assert ears_under((True, False), (False, False), np.radians(8)) == (False, False)
+    assert ears_under((True, False), (True, False), np.radians(8)) == (True, False)
 
 
 def test_a_frayed_mask_gives_a_smooth_hairline(plain, head):

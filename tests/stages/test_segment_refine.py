@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from bakery.landmarks import BROW_LEFT, BROW_RIGHT
-from bakery.stages.segment import BACKGROUND, GLASSES, HAIR, LENS, SKIN, Segmentation
+from bakery.stages.segment import BACKGROUND, EARS, GLASSES, HAIR, LENS, SKIN, Segmentation
 from bakery.stages.segment.refine import refined
 from bakery.stages.segment.scalp import without_cloth_colors, without_clothes
 
@@ -123,6 +123,16 @@ def head_of(top=20):
     labels[20:170, 40:160] = HAIR
     labels[20 + top : 170, 70:130] = SKIN
     return labels, photo_of(labels)
+
+
+def test_beside_what_becomes_skin_none_is_left_out():
+    """Skin beside labelled hair is not unwrapped; where that was none, it is."""
+    labels, photo = head_of()
+    photo[20:40, 70:130] = COLORS[SKIN]
+    skin = cv2.erode((labels == SKIN).astype(np.float32), np.ones((9, 9)))
+    found = refined(Segmentation(labels, skin), photo, points_with_eyes(50.0))
+    assert skin[40:43, 75:125].max() == 0 and found.skin[40:43, 75:125].min() == 1
+    np.testing.assert_array_equal(found.skin[60:], skin[60:])
 
 
 def refine(labels, photo, gap=50.0):
@@ -243,3 +253,17 @@ def test_lenses_that_mirror_stay_hidden():
     photo[84:126, 40:100] = (0.7, 0.8, 0.95)
     mirrored = Segmentation(segmentation.labels, segmentation.skin, regions)
     assert (refined(mirrored, photo, points).regions[86:124, 42:98] == GLASSES).all()
+
+
+def test_the_top_of_an_ear_that_is_labelled_hair_is_ear():
+    """It goes on from what is labelled ear and has its colour; hair beside has not."""
+    labels, photo = head_of()
+    labels[110:150, 40:52] = EARS
+    photo[103:150, 40:52] = (0.7, 0.45, 0.4)  # 14 mm around it are looked at
+    found = refine(labels, photo)
+    assert (found.labels[104:150, 42:50] == EARS).all() and (
+        found.regions[104:150, 42:50] == SKIN
+    ).all()
+    assert (found.labels[60:101, 40:66] == HAIR).all()
+    photo[103:110, 40:52] = COLORS[HAIR]
+    assert (refine(labels, photo).labels == labels).all()

@@ -48,7 +48,7 @@ def test_skin_shown_with_the_hair_is_lit_as_the_skin_beside_it(head):
     pixels = np.tile([[5.0, 10.0], [15.0, 10.0]], (len(atlas.index), 1))[: len(atlas.index)]
     view = SimpleNamespace(
         on_skin=atlas,
-        visibility=SimpleNamespace(pixels=pixels),
+        visibility=SimpleNamespace(pixels=pixels, visible=np.ones(len(pixels))),
         mattes=SimpleNamespace(strip=half, hair=1 - half),
     )
     over, lift = np.full((64, 64, 4), 0.2, np.float32), np.zeros((64, 64), np.float32)
@@ -71,3 +71,6 @@ def test_skin_shown_with_the_hair_is_lit_as_the_skin_beside_it(head):
     np.testing.assert_allclose(rows[0::2, 0] / rows[0::2, 1], 1.5, rtol=0.02)
     np.testing.assert_allclose(np.exp(np.log(rows[0::2, :3]) @ LUMA), 0.2, rtol=0.02)
     np.testing.assert_allclose(rows[1::2], 0.2, rtol=0.01)
+    # What lies behind the strip, on the back of the head, is none of it.
+    view.visibility.visible[:] = 0
+    np.testing.assert_array_equal(_lit_strip(over, lift, texture, view), over)

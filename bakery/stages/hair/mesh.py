@@ -93,7 +93,7 @@ def cap_surface(shell: Shell, portrait: Portrait) -> tuple[np.ndarray, np.ndarra
     below = np.roll(shell.there, -ENDS, 0)
     below[-ENDS:] = 0
     there = np.where(hung, np.minimum(shell.there, below), shell.there) > 0.5
-    aside = _aside(shell, portrait)
+    aside = aside_of(shell, portrait)
     before = (shell.growth < 0.35) & _before_face(shell, portrait, cells) & (aside < 0.75)
     # Above the face it would hide the photo's own hairline; beside it, it closes what cards leave open.
     shown = charts.smooth(shell.seen, 5.0) * (1 - aside)
@@ -170,12 +170,12 @@ def beside_face(shell: Shell, portrait: Portrait) -> np.ndarray:
     first, last = np.cos(np.radians(EARS))
     before_ears = smoothstep(last, first, np.cos(charts.azimuth()))
     high = smoothstep(*TEMPLE, np.arange(ROWS) + 0.5 - DOME)
-    aside = _aside(shell, portrait) * before_ears * high[:, None]
+    aside = aside_of(shell, portrait) * before_ears * high[:, None]
     found: np.ndarray = aside * (1 - hanging(shell))
     return found
 
 
-def _aside(shell: Shell, portrait: Portrait) -> np.ndarray:
+def aside_of(shell: Shell, portrait: Portrait) -> np.ndarray:
     """How far each column [COLUMNS] is beside the face, as the camera sees it: 0..1."""
     front = sides_of(shell.chart, cameras.position(portrait.camera))[2]
     near, far = np.cos(np.radians(ASIDE))

@@ -85,12 +85,24 @@ def alike(hairy: np.ndarray, front: float) -> np.ndarray:
     return out
 
 
-def alike_ears(covered: tuple[bool, bool], front: float) -> tuple[bool, bool]:
-    """Which (right, left) ears are under hair: the far one of a turned head is hidden anyway."""
-    near = covered[int(front > 0)]
+def ears_under(
+    hidden: tuple[bool, bool], beside: tuple[bool, bool], front: float
+) -> tuple[bool, bool]:
+    """Which (right, left) ears are under hair.
+
+    An ear that cannot be seen is, if there is hair beside its lobe. The far one of a head that is turned is
+    hidden anyway: it is as the near one.
+
+    Args:
+        hidden: whether the photo does not show an ear.
+        beside: whether it shows hair beside its lobe.
+        front: radians, azimuth of the camera.
+    """
+    right, left = (a and b for a, b in zip(hidden, beside))
     if abs(np.degrees(front)) < np.mean(TURNED):
-        return covered
-    return covered[0] and near, covered[1] and near
+        return right, left
+    near = left if front > 0 else right
+    return hidden[0] and near, hidden[1] and near
 
 
 def curtain_of(hairy: np.ndarray, turn: np.ndarray) -> np.ndarray:

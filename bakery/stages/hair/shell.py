@@ -17,8 +17,8 @@ from bakery.stages.hair.presence import (
     HANGS,
     HELD,
     alike,
-    alike_ears,
     curtain_of,
+    ears_under,
     growth_of,
     presence,
     seen_on,
@@ -35,6 +35,7 @@ RISE = 14.0  # mm from the hairline over which hair rises to its height
 TALL = 45.0  # mm: what stands out farther is a knot, which the back does not have
 BACK = (0.4, 0.7)  # of the way behind the ears, from where on hair lies on all of the skin
 EAR_SEEN = 90.0  # mm2 of an ear in the photo, from which hair hangs behind it
+LOBES = slice(DOME + 10, DOME + 14)  # rows of the chart beside them
 OFF = 18.0  # mm off the skin from which hair hangs
 PLAIN = 5.0  # mm that hair stands off an unseen skull at least
 NAPE, SHORTER = (-5.0, 70.0), 0.8  # mm below the equator over which short hair gets so much shorter
@@ -92,7 +93,8 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
     eye = cameras.position(portrait.camera)
     front = sides_of(chart, eye)[2]
     turn = charts.azimuth() - front
-    base, covered = _base(chart, portrait, front)
+    _, beside = _outline(chart, portrait, chart.skull, eye)
+    base, covered = _base(chart, portrait, front, beside[LOBES].max(0) > 0.5)
     ear = cv2.dilate((chart.ears - chart.skull > 3).astype(np.uint8), np.ones((3, 3))) > 0
     ear &= (cells[..., 1] > DOME - 8) & (cells[..., 1] < DOME + 24)
     for side, under in zip((charts.azimuth() < 0, charts.azimuth() > 0), covered):
@@ -191,8 +193,14 @@ def _within(portrait: Portrait, chart: Chart, base: np.ndarray, radius: np.ndarr
     return base + charts.smooth(share, 5.0) * (radius - base)
 
 
-def _base(chart: Chart, portrait: Portrait, front: float) -> tuple[np.ndarray, tuple[bool, bool]]:
-    """The skull, with the ear of a side whose ear is under hair, and which (right, left) ones are."""
+def _base(
+    chart: Chart, portrait: Portrait, front: float, beside: np.ndarray
+) -> tuple[np.ndarray, tuple[bool, bool]]:
+    """The skull, with the ear of a side whose ear is under hair, and which (right, left) ones are.
+
+    Args:
+        beside: [2] bool, whether hair is beside the lobe of each.
+    """
     back = smoothstep(
         *BACK, -np.cos(charts.azimuth())
     )  # there is no ear that hair would lie before
@@ -203,8 +211,8 @@ def _base(chart: Chart, portrait: Portrait, front: float) -> tuple[np.ndarray, t
     seen = np.flatnonzero(portrait.ears.any(0))
     of_left = np.abs(seen - left) < np.abs(seen - right)
     area = portrait.ears.sum(0)[seen] / portrait.scale**2
-    covered = area[~of_left].sum() < EAR_SEEN, area[of_left].sum() < EAR_SEEN
-    covered = alike_ears((bool(covered[0]), bool(covered[1])), front)
+    hidden = bool(area[~of_left].sum() < EAR_SEEN), bool(area[of_left].sum() < EAR_SEEN)
+    covered = ears_under(hidden, tuple(beside.tolist()), front)
     for side, under in zip((charts.azimuth() < 0, charts.azimuth() > 0), covered):
         if under:
             out[:, side] = wide[:, side]

@@ -11,22 +11,30 @@ from bakery.stages.segment.classes import (
     BACKGROUND,
     BROWS,
     CLOTHES,
+    EARS,
     GLASSES,
     HAIR,
     LENS,
+    REGION_OF,
     SKIN,
     Segmentation,
 )
 from bakery.stages.segment.classes import EYES as EYE
 from bakery.stages.segment.frames import frames
-from bakery.stages.segment.scalp import bare, beside, without_cloth_colors, without_clothes
+from bakery.stages.segment.scalp import (
+    bare,
+    beside,
+    ear_tops,
+    without_cloth_colors,
+    without_clothes,
+)
 
 EYES_APART = 90.0  # mm, `face_size` of a mean head
 HAIR_SCALE, GLASSES_SCALE = 1.6, 3.0  # pixels a millimetre at most
 MARGIN = 20.0  # mm around the hair, or the glasses, that are looked at
 SCALP = 1.0, 3.0  # mm from what is no skin: none of a bald top can be unwrapped, all can
 LENSES = 0.2, 1.0  # the same of skin beside frames
-RIM = 6.0  # mm around labelled glasses where skin was left out
+RIM = 6.0  # mm around what was labelled hair or glasses where skin was left out
 
 
 def refined(segmentation: Segmentation, encoded: np.ndarray, points: np.ndarray) -> Segmentation:
@@ -84,7 +92,7 @@ def _part(labels, regions, encoded, points, where, most):
 
 
 def _hair(part, here, labels, regions, skin):
-    """Write scalp and clothes into the part's planes, where `here` is labelled hair."""
+    """Write scalp, ears and clothes into the part's planes, where `here` is labelled hair."""
     hair, face, clothes, backdrop = (
         part.regions == label for label in (HAIR, SKIN, CLOTHES, BACKGROUND)
     )
@@ -92,11 +100,13 @@ def _hair(part, here, labels, regions, skin):
     own = without_cloth_colors(part.picture, own, clothes, part.scale)
     level = part.points[np.concatenate([*EYES]), 1].mean()
     scalp = bare(part.picture, own, face, backdrop, level, part.scale)
-    for label, found in ((CLOTHES, hair & ~own), (SKIN, scalp)):
+    ears = ear_tops(part.picture, own & ~scalp, part.labels == EARS, part.scale)
+    for label, found in ((CLOTHES, hair & ~own), (SKIN, scalp), (EARS, ears)):
         found = found | (beside(found) & ~hair)  # up to the border, which is finer in the photo
         found = part.whole(found, here.shape) & here
-        labels[found] = regions[found] = label
-    _unwrap(skin, regions, here, SCALP, part.mm)
+        labels[found] = label
+        regions[found] = REGION_OF[label]
+    _unwrap(skin, regions, here & (regions == SKIN), SCALP, part.mm)
 
 
 def _glasses(part, here, labels, regions, skin):
@@ -109,18 +119,21 @@ def _glasses(part, here, labels, regions, skin):
     clear = here & ~found
     labels[clear & (labels == GLASSES)] = SKIN
     regions[clear] = SKIN
-    off = cv2.distanceTransform((~here).astype(np.uint8), cv2.DIST_L2, 3) / part.mm
-    _unwrap(skin, regions, off < RIM, LENSES, part.mm)
+    _unwrap(skin, regions, here, LENSES, part.mm)
 
 
 def _unwrap(skin, regions, where, limits, mm):
-    """Let in what can be unwrapped [h, w]: what of a mask is far enough from all that is no skin.
+    """Let in what can be unwrapped [h, w]: in and around a mask, far enough from all that is no skin.
 
     Args:
+        where: [h, w] bool, what was no skin before; beside it skin was left out.
         limits: mm from what is no skin: none can be unwrapped, all can.
         mm: pixels a millimetre.
     """
+    if not where.any():
+        return
     face = np.isin(regions, (SKIN, EYE))
     inside = cv2.distanceTransform(face.astype(np.uint8), cv2.DIST_L2, 3) / mm
-    sure = smoothstep(*limits, inside) * (where & face)
+    off = cv2.distanceTransform((~where).astype(np.uint8), cv2.DIST_L2, 3) / mm
+    sure = smoothstep(*limits, inside) * ((off < RIM) & face)
     np.maximum(skin, sure.astype(np.float32), out=skin)

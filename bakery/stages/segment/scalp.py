@@ -24,6 +24,10 @@ STRANDS = 0.035, 0.05  # log brightness by which strands differ from one to the 
 SHAVED = 0.5, 20.0, 11.0
 SPECK = 60.0  # mm2: smaller patches of either are mistakes
 NARROW = 2.5  # mm, half the width of ways into hair that none is bare beyond
+EAR_TOP, UNLIKE_EAR = (
+    14.0,
+    15.0,
+)  # mm around an ear that may be its top; CIELAB, from hair to be told from it
 THREAD = 1.0  # mm, half the width of lines of hair that are left between skin and skin
 
 
@@ -100,6 +104,40 @@ def bare(
         return hair
     shine = main[0] > np.median(tone[forehead], 0)[0]
     return nothing if shine and _above(hair & ~found, found) else found
+
+
+def ear_tops(picture: np.ndarray, hair: np.ndarray, ears: np.ndarray, scale: float) -> np.ndarray:
+    """Where [H, W] bool labelled hair is the top of an ear: it goes on from the ear, nearer to its colour.
+
+    Args:
+        picture: [H, W, 3] sRGB-encoded.
+        hair, ears: [H, W] bool, as labelled.
+        scale: pixels a millimetre.
+    """
+    out = np.zeros_like(hair)
+    count, number, stats, _ = cv2.connectedComponentsWithStats(ears.astype(np.uint8))
+    smooth = normalized_blur(picture, (hair | ears).astype(np.float32), max(SMOOTH * scale, 0.3))
+    lab = cv2.cvtColor(np.clip(smooth, 0, 1), cv2.COLOR_RGB2LAB)
+    size = 2 * int(EAR_TOP * scale) + 1
+    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    for ear in range(1, count):
+        if stats[ear, cv2.CC_STAT_AREA] < SPECK * scale**2:
+            continue
+        own = number == ear
+        near = hair & (cv2.dilate(own.astype(np.uint8), disk) > 0)
+        strands = hair & ~near
+        if not near.any() or not strands.any():
+            continue
+        main = np.median(lab[strands], 0)
+        way = np.median(lab[own], 0) - main
+        if np.linalg.norm(way) < UNLIKE_EAR:
+            continue
+        share = ((lab - main) @ way) / (way @ way)
+        _, patch = cv2.connectedComponents(
+            opened(near & (share > 0.5), THREAD * scale).astype(np.uint8)
+        )
+        out |= (patch > 0) & np.isin(patch, patch[beside(own)])
+    return out
 
 
 def _tones(picture, forehead):

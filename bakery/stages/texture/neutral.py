@@ -196,7 +196,8 @@ def _lit_strip(
         view.on_skin.paint(bilinear(matte, view.visibility.pixels))
         for matte in (view.mattes.strip, view.mattes.hair)
     )
-    share = strip / np.maximum(strip + strands, 1e-3)
+    seen = view.on_skin.paint(view.visibility.visible.astype(np.float32))  # not what lies behind it
+    share = seen * strip / np.maximum(strip + strands, 1e-3)
     beside = diffuse(lift[..., None].astype(np.float32), (lift != 0).astype(np.float32))[..., 0]
     out = over * (1 - share * smoothstep(*LIFTED, np.abs(beside)))[..., None]
     out[..., :3] *= np.exp(share * beside)[..., None]
