@@ -22,7 +22,7 @@ from bakery.geometry.color import LUMA, to_encoded
 from bakery.hair.layer import NoHair
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import make_atlas
-from bakery.stages.fit.albedo import load_albedo, vertex_chart
+from bakery.stages.fit.albedo import load_albedo, texel_chart
 from bakery.stages.fit.samples import plain_skin
 from bakery.stages.texture import TextureOptions
 from bakery.stages.texture.complete import OBSERVED
@@ -130,7 +130,7 @@ class _Seen:
 def _plain(head: HeadModel) -> np.ndarray:
     """Plain skin of the atlas [T, T]: off brows, eyes, nostrils and lips."""
     atlas, basis = make_atlas(head, SIZE).take("skin"), load_albedo()
-    found: np.ndarray = atlas.paint(plain_skin(atlas.at(vertex_chart(head, basis)), basis.layout))
+    found: np.ndarray = atlas.paint(plain_skin(texel_chart(head, basis, atlas), basis.layout))
     return found
 
 

@@ -167,3 +167,11 @@ def test_nothing_hidden(head):
     albedo, blank = np.full((SIZE, SIZE, 3), 0.3, np.float32), np.zeros((SIZE, SIZE), np.float32)
     found = synthesized(albedo, blank, 1 - blank, wanted_everywhere(0.01), windows)
     assert_array_equal(found, albedo)
+
+
+def test_no_window_lies_across_the_back_of_the_head(head):
+    """There the chart begins and ends: a face between had all windows in a few texels, a scratch."""
+    atlas = make_atlas(head, SIZE).take("skin")
+    windows = windows_of(head, atlas)
+    behind = atlas.at(head.mean)[:, 2] < head.mean[:, 2].min() + 40
+    assert behind.sum() > 100 and (windows.number[behind] == -1).all()

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from bakery.errors import ModelError
 from bakery.heads.base import weights
 from bakery.stages.atlas import make_atlas
-from bakery.stages.fit.albedo import load_albedo, vertex_chart
+from bakery.stages.fit.albedo import load_albedo, texel_chart
 from bakery.stages.texture import TextureOptions, rest
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
@@ -40,7 +40,7 @@ def test_a_known_change(basis):
 def test_it_fades_where_nothing_was_learned(basis, head):
     on_skin = make_atlas(head, 256).take("skin")
     change = rest.change_of(basis, head, on_skin, SMILE)
-    place = on_skin.at(vertex_chart(head, load_albedo()))
+    place = texel_chart(head, load_albedo(), on_skin)
     border = np.minimum(place, 1 - place).min(1)
     assert_allclose(change[border > rest.EDGE], 0.07, rtol=1e-4)
     assert_allclose(change[border <= 0], 0)

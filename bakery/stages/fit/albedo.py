@@ -83,6 +83,14 @@ def vertex_chart(head, basis):
     return chart(head, basis.layout)
 
 
+def texel_chart(head, basis, atlas):
+    """Chart coordinates [N, 2] of the texels of an atlas; -1 on faces that lie across its two ends, behind."""
+    places = vertex_chart(head, basis)
+    out = atlas.at(places)
+    out[np.ptp(places[atlas.corners, 0], axis=1) > 0.5] = -1
+    return out
+
+
 @once_per_object
 def vertex_albedo(head, basis):
     """The basis at the vertices of a head.

@@ -14,7 +14,7 @@ import numpy as np
 from bakery.geometry.color import LUMA
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import Atlas
-from bakery.stages.fit.albedo import load_albedo, vertex_chart
+from bakery.stages.fit.albedo import load_albedo, texel_chart
 
 OCTAVES = 4  # of bands; the finest is one texel wide in an atlas of DENSITY
 KINDS = 6  # features an octave: band, along u, along v, each lighter and darker
@@ -51,7 +51,7 @@ class Correlations:
 
 def windows_of(head: HeadModel, atlas: Atlas) -> Windows:
     """Which window of the chart each texel of an atlas of the skin lies in."""
-    place = atlas.at(vertex_chart(head, load_albedo())) * WINDOWS
+    place = texel_chart(head, load_albedo(), atlas) * WINDOWS
     cell = np.floor(place).astype(int)
     inside = ((cell >= 0) & (cell < WINDOWS)).all(1)
     number = np.where(inside, cell[:, 1] * WINDOWS + cell[:, 0], -1)

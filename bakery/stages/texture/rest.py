@@ -22,7 +22,7 @@ from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.paths import ASSETS
 from bakery.stages.atlas import Atlas
-from bakery.stages.fit.albedo import load_albedo, vertex_chart
+from bakery.stages.fit.albedo import load_albedo, texel_chart
 from bakery.stages.fit.rest import REMEDY
 from bakery.stages.texture import TextureOptions
 
@@ -77,7 +77,7 @@ def change_of(
 ) -> np.ndarray:
     """The same [N, 3] at the texels of an atlas of the head's skin."""
     change = log_change(basis, expression)
-    place = on_skin.at(vertex_chart(head, load_albedo()))
+    place = texel_chart(head, load_albedo(), on_skin)
     border = np.minimum(place, 1 - place).min(1)
     within = smoothstep(0.0, EDGE, border)[:, None]
     return bilinear(change, np.clip(place, 0, 1) * change.shape[0]) * within

@@ -12,7 +12,7 @@ from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.landmarks import OVAL
 from bakery.stages.atlas import Atlas, make_atlas, uv_polygon
-from bakery.stages.fit.albedo import load_albedo, vertex_chart
+from bakery.stages.fit.albedo import load_albedo, texel_chart
 from bakery.stages.texture.correlations import DARKEST
 from bakery.stages.texture.database import SkinDatabase
 
@@ -61,7 +61,7 @@ def _on_atlas(charts: np.ndarray, head: HeadModel, atlas: Atlas) -> tuple[np.nda
         values [n, N, 3]; how far the chart knows the place [N] 0..1.
     """
     size = atlas.size
-    place = atlas.at(vertex_chart(head, load_albedo()))
+    place = texel_chart(head, load_albedo(), atlas)
     within = uv_polygon(head, OVAL, WITHIN, size)
     across = head.landmark_uv()[OVAL, 0] * size
     middle, half = (across.max() + across.min()) / 2, np.ptp(across) / 2
