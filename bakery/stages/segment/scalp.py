@@ -24,10 +24,8 @@ STRANDS = 0.035, 0.05  # log brightness by which strands differ from one to the 
 SHAVED = 0.5, 20.0, 11.0
 SPECK = 60.0  # mm2: smaller patches of either are mistakes
 NARROW = 2.5  # mm, half the width of ways into hair that none is bare beyond
-EAR_TOP, UNLIKE_EAR = (
-    14.0,
-    15.0,
-)  # mm around an ear that may be its top; CIELAB, from hair to be told from it
+EAR_TOP = 14.0  # mm around an ear that may be its top
+UNLIKE_EAR = 15.0  # CIELAB, by which hair differs from an ear that is told from it
 THREAD = 1.0  # mm, half the width of lines of hair that are left between skin and skin
 
 
