@@ -17,7 +17,6 @@ from bakery.stages.hair.directions import frame
 from bakery.stages.hair.mesh import aside_of, beside_face, body_depth
 from bakery.stages.hair.pattern import curl_alpha, strand_alpha, streaks
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
-from bakery.stages.hair.presence import HANGS
 from bakery.stages.hair.shell import Shell, told
 from bakery.stages.hair.strands import KNOTS
 
@@ -33,7 +32,6 @@ OWN = 4.0  # times its own weight that the colour of a side counts, before the o
 DIFFERS = 0.5  # log brightness by which made-up hair differs from the middle of the seen
 BESIDE = 0.6  # cosine of the azimuth from which hair is beside the head
 THINS = 0.0, 12.0  # mm within a hairline beside the face over which strands get more
-OFF_NECK = 5.0, 10.0  # mm off the neck at which hair does not hang and does
 STREAKS = 1.0  # of the photo's contrast that made-up strands have
 LIT, GLOSS = 0.16, 0.28  # log brightness from below to above, and of the ring of gloss
 DIMMED = 0.1  # log brightness that it loses beside the ring
@@ -258,17 +256,10 @@ class Painter:
         return np.clip(charts.smooth(both, 4.0), 0, 1)
 
     def _full(self):
-        """How many of the strands there are [ROWS, COLUMNS] 0..1.
-
-        Beside the face a hairline thins out. Tips that lie on the neck are no hair's: it hangs before it.
-        """
-        shell = self.shell
-        inside = charts.smooth(charts.distance_inside(shell.there > 0.5), 3.0)
-        thin = beside_face(shell, self.portrait)
-        low = charts.grid()[..., 1] > DOME + HANGS
-        lies = smoothstep(*OFF_NECK[::-1], shell.radius - shell.chart.skull) * low
-        lies = lies * (shell.growth < 0.3)
-        return (1 - thin * (1 - smoothstep(*THINS, inside))) * (1 - lies)
+        """How many of the strands there are [ROWS, COLUMNS] 0..1: beside the face a hairline thins out."""
+        inside = charts.smooth(charts.distance_inside(self.shell.there > 0.5), 3.0)
+        thin = beside_face(self.shell, self.portrait)
+        return 1 - thin * (1 - smoothstep(*THINS, inside))
 
     def _light(self, cells):
         """Log brightness [n] of hair that nobody photographed, by which way it faces: from above, soft."""
