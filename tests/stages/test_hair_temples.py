@@ -5,7 +5,7 @@ import pytest
 
 from bakery.landmarks import EYES
 from bakery.stages.hair.portrait import _unlike_backdrop, without_glare
-from bakery.stages.hair.temples import Temples, temples_of
+from bakery.stages.hair.temples import SOFT, Temples, temples_of
 
 FRONT, TOP = 128.0, 6.0  # mm, as the built-in head has them
 ACROSS, UP = np.meshgrid(np.arange(30.0, 140.0, 2.0), np.arange(-40.0, 120.0, 2.0))
@@ -27,8 +27,8 @@ def test_a_smooth_line_stays(left):
     hair = (ACROSS > sloping(UP)).astype(np.float32)
     out = left.smooth(hair, np.zeros(hair.shape))
     off = np.abs(ACROSS - sloping(UP))
-    # 13 mm: half of a soft edge, a cell, and what the middle of seven rows leaves at a slope.
-    assert np.abs(out - hair)[BETWEEN & (off > 13)].max() < 0.05
+    # Half of a soft edge, and 3 mm: a cell, and what the middle of seven rows leaves at a slope.
+    assert np.abs(out - hair)[BETWEEN & (off > SOFT + 3)].max() < 0.05
 
 
 def test_notches_and_spikes_go(left):
@@ -40,7 +40,7 @@ def test_notches_and_spikes_go(left):
     out = left.smooth(hair, np.zeros(hair.shape))
     plain = ACROSS > sloping(UP)
     off = np.abs(ACROSS - sloping(UP))
-    assert np.abs(out - plain)[BETWEEN & (off > 13)].max() < 0.05
+    assert np.abs(out - plain)[BETWEEN & (off > SOFT + 3)].max() < 0.05
 
 
 def test_beside_an_ear_only_what_joins_it_is_a_sideburn(left):

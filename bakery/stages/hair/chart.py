@@ -69,6 +69,12 @@ def grid() -> np.ndarray:
     return np.stack([column, row], -1)
 
 
+def gathered(cells: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Sums [ROWS, COLUMNS] of values [n] in each cell that cells [n, 2] lie in, or nearest to."""
+    column, row = (np.clip(cells[:, k].astype(int), 0, n - 1) for k, n in ((0, COLUMNS), (1, ROWS)))
+    return np.bincount(row * COLUMNS + column, values, ROWS * COLUMNS).reshape(ROWS, COLUMNS)
+
+
 def mirrored(cells: np.ndarray) -> np.ndarray:
     """Cells [..., 2] on the other side of the head."""
     return cells * [-1.0, 1] + [COLUMNS, 0]

@@ -12,7 +12,7 @@ from bakery.geometry.raster import rasterize
 from bakery.heads.base import HeadModel
 from bakery.landmarks import EYES
 from bakery.stages.segment import BACKGROUND, EARS, HAIR, HAT, HIDDEN, SKIN, Segmentation
-from bakery.stages.segment.scalp import beside
+from bakery.stages.segment.scalp import beside, touching
 from bakery.types import Camera, Fit
 
 FINE = 1.6  # pixels a millimetre at most
@@ -200,8 +200,7 @@ def without_glare(
     white &= (row < eyes[:, 1].max())[:, None]  # lower, a white backdrop shows below ears
     across = np.ones((1, 2 * int(BESIDE_SKIN * scale) + 1), np.uint8)
     white &= cv2.dilate(skin.astype(np.uint8), across) > 0
-    _, number = cv2.connectedComponents(white.astype(np.uint8))
-    white &= np.isin(number, number[beside(skin)])  # the rest are highlights of light hair
+    white = touching(white, skin)  # the rest are highlights of light hair
     size = 2 * max(int(HALF_LIT * scale), 1) + 1
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     around = cv2.dilate(white.astype(np.uint8), disk) > 0

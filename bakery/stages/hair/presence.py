@@ -51,9 +51,7 @@ def growth_of(chart: Chart, head: HeadModel, neutral: np.ndarray) -> np.ndarray:
     faces = head.faces[head.part_faces("skin")]
     share = scalp(head)[faces].mean(1)
     cells, distance = chart.cell(neutral[faces].mean(1))
-    row, column = (np.clip(cells[:, k].astype(int), 0, n - 1) for k, n in ((1, ROWS), (0, COLUMNS)))
-    total = np.bincount(row * COLUMNS + column, share, ROWS * COLUMNS).reshape(ROWS, COLUMNS)
-    count = np.bincount(row * COLUMNS + column, None, ROWS * COLUMNS).reshape(ROWS, COLUMNS) * 1.0
+    total, count = (charts.gathered(cells, values) for values in (share, np.ones(len(share))))
     near = charts.smooth(total, 5.0) / np.maximum(charts.smooth(count, 5.0), 1e-6)
     near[: DOME // 4] = 1
     return np.where(charts.smooth(count, 5.0) > 1e-3, near, 0)
@@ -199,13 +197,10 @@ def seen_on(chart: Chart, portrait: Portrait, head: HeadModel, neutral: np.ndarr
     hair = bilinear(portrait.hair, pixels)
     told = (hair > 0.5) | ~at(portrait.behind, pixels)
     told = told & portrait.inside(pixels) & (depth < at(portrait.depth, pixels) + 6)
-    row, column = (np.clip(cells[:, k].astype(int), 0, n - 1) for k, n in ((1, ROWS), (0, COLUMNS)))
     lies = (distance < chart.take(chart.skull, cells) + EAR) & (cells[:, 1] < ROWS)
-    index = row * COLUMNS + column
 
     def gathered(values):
-        total = np.bincount(index[lies], values[lies], ROWS * COLUMNS).reshape(ROWS, COLUMNS)
-        return charts.smooth(total, SKIN)
+        return charts.smooth(charts.gathered(cells[lies], values[lies]), SKIN)
 
     weight = told * (np.maximum(cosine, 0) + 1e-3)
     count = np.maximum(gathered(np.ones(len(faces))), 1e-6)

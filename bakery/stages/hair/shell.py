@@ -121,7 +121,7 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
         rise = smoothstep(-2.0, RISE, inside)
         steep = np.clip((STEEP * inside + 1) / np.maximum(tall, 1e-3), 0, 1)
         falling = smoothstep(-2.0, RISE, charts.distance_inside(_without_hem(there > 0.5, free)))
-        rise = np.where(hung, np.maximum(rise, falling), np.minimum(rise, steep))
+        rise = np.where(hung, falling, np.minimum(rise, steep))
         radius = base + LEAST + tall * charts.smooth(rise, 5.0)
     rows = np.flatnonzero((there > 0.5).any(1))
     lowest = charts.EQUATOR - (rows[-1] + 1 - DOME) * STEP if len(rows) else charts.EQUATOR
@@ -130,9 +130,8 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
 
 def _without_hem(there: np.ndarray, free: np.ndarray) -> np.ndarray:
     """Cells [ROWS, COLUMNS] bool of hair that goes on down for ever where it hangs: its tips stand off."""
-    out = there.copy()
-    for row in range(DOME + 1, ROWS):
-        out[row] |= out[row - 1] & (free > 0.5)
+    out, hangs = there.copy(), free > 0.5
+    out[DOME:, hangs] = np.logical_or.accumulate(there[DOME:, hangs], 0)
     return out
 
 

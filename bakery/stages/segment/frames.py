@@ -48,11 +48,12 @@ def frames(
     core = cv2.erode(plain.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(np.float32)
     if not core.any():
         return worn
-    lab, coarse = (_lab(picture, mm * scale) for mm in SMOOTH)
+    fine, coarse = (mm * scale for mm in SMOOTH)
+    lab = _lab(picture, fine)
     off = length(lab - diffuse(lab, core))
     line, grain = _beyond_grain(lab, core > 0, scale)
     if grain > THIN:
-        line = np.maximum(line, _beyond_grain(coarse, core > 0, scale)[0])
+        line = np.maximum(line, _beyond_grain(_lab(picture, coarse), core > 0, scale)[0])
     found = worn & ((off > THICK) | (line > 1))
     faint = worn & (line > GOES_ON)
     spared = _drawn(points, EYES, LASHES, worn.shape) & (off < 2 * THICK)

@@ -116,13 +116,11 @@ def ear_tops(picture: np.ndarray, hair: np.ndarray, ears: np.ndarray, scale: flo
     count, number, stats, _ = cv2.connectedComponentsWithStats(ears.astype(np.uint8))
     smooth = normalized_blur(picture, (hair | ears).astype(np.float32), max(SMOOTH * scale, 0.3))
     lab = cv2.cvtColor(np.clip(smooth, 0, 1), cv2.COLOR_RGB2LAB)
-    size = 2 * int(EAR_TOP * scale) + 1
-    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     for ear in range(1, count):
         if stats[ear, cv2.CC_STAT_AREA] < SPECK * scale**2:
             continue
         own = number == ear
-        near = hair & (cv2.dilate(own.astype(np.uint8), disk) > 0)
+        near = hair & (cv2.dilate(own.astype(np.uint8), _disk(EAR_TOP * scale)) > 0)
         strands = hair & ~near
         if not near.any() or not strands.any():
             continue
@@ -131,10 +129,7 @@ def ear_tops(picture: np.ndarray, hair: np.ndarray, ears: np.ndarray, scale: flo
         if np.linalg.norm(way) < UNLIKE_EAR:
             continue
         share = ((lab - main) @ way) / (way @ way)
-        _, patch = cv2.connectedComponents(
-            opened(near & (share > 0.5), THREAD * scale).astype(np.uint8)
-        )
-        out |= (patch > 0) & np.isin(patch, patch[beside(own)])
+        out |= touching(opened(near & (share > 0.5), THREAD * scale), own)
     return out
 
 
@@ -166,16 +161,26 @@ def _in_large_patches(found, hair, skin, scale):
 
 def opened(mask: np.ndarray, radius: float) -> np.ndarray:
     """A mask [H, W] without what is narrower than a disc of that radius, pixels: bool."""
-    size = 2 * int(radius) + 1
-    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    wide: np.ndarray = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disk) > 0
+    wide: np.ndarray = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, _disk(radius)) > 0
     return wide
+
+
+def _disk(radius):
+    size = 2 * int(radius) + 1
+    return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
 
 
 def beside(mask: np.ndarray) -> np.ndarray:
     """Two pixels around a mask [H, W], and it: bool."""
     near: np.ndarray = cv2.dilate(mask.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     return near
+
+
+def touching(mask: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """The patches of a mask [H, W] that come within two pixels of another: bool."""
+    _, patch = cv2.connectedComponents(mask.astype(np.uint8))
+    found: np.ndarray = mask & np.isin(patch, patch[beside(other)])
+    return found
 
 
 def _specks(mask, where, scale):
