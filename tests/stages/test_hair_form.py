@@ -12,10 +12,10 @@ from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
 from bakery.heads.file import load_head
 from bakery.stages.hair import chart
-from bakery.stages.hair.atlas import DIFFERS, Painter
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.directions import flow, photographed
 from bakery.stages.hair.mesh import CAP, cap_height, cap_surface
+from bakery.stages.hair.painter import DIFFERS, Painter
 from bakery.stages.hair.portrait import before_face, look
 from bakery.stages.hair.presence import _hanging, _held
 from bakery.stages.hair.shell import make_shell
@@ -221,3 +221,37 @@ def test_the_cap_closes_hair_beside_the_face(curtains):
     beside = (shell.there > 0.9) & (shell.growth < 0.35) & (away > 58) & (away < 80)
     assert beside[rows].sum() > 20
     assert (inner[rows][beside[rows]] > 0).mean() > 0.95
+
+
+def test_patches_at_a_slant_have_the_tone_of_the_hair_around(curtains):
+    """A highlight on the rim of a side is a white patch from there; before the camera it stays."""
+    portrait, shell = curtains
+    ways, _ = flow(portrait, shell, *photographed(portrait))
+    pixels, _ = portrait.pixels(shell.surface(chart.grid(), 1.0))
+    left = np.abs(pixels[..., 0] - 292) < 400  # all that is seen of hair
+    lit = portrait.color.copy()
+    height = int(0.42 * len(lit))
+    lit[height : height + 14] *= 3.0
+    plain, bright = (
+        Painter(replace(portrait, color=color), shell, ways) for color in (portrait.color, lit)
+    )
+    cells = chart.grid().reshape(-1, 2)
+    cosine = np.abs(plain._cosine(shell.surface(cells, 1.0), cells)).reshape(ROWS, COLUMNS)
+    seen = left & (plain.look[1] > 0.5) & (shell.there > 0.9)
+    rise = (bright.look[0] - plain.look[0]).mean(-1)
+    kept = rise + (bright.even - plain.even).mean(-1)
+    slanted, square = seen & (cosine < 0.35) & (rise > 0.6), seen & (cosine > 0.8) & (rise > 0.6)
+    assert slanted.sum() > 5 and square.sum() > 5
+    assert kept[slanted].max() < 0.6 * rise[slanted].max()
+    np.testing.assert_allclose(kept[square], rise[square], atol=1e-6)
+
+
+def test_the_photo_fades_out_where_it_ends_to_show_hair(curtains):
+    """Its colours end in no border; beside skin that it shows, they go on to the hairline."""
+    portrait, shell = curtains
+    painter = Painter(portrait, shell, flow(portrait, shell, *photographed(portrait))[0])
+    back = np.cos(chart.azimuth()) < -0.2
+    assert painter.shows[:DOME, back].max() == 0
+    assert painter.shows.max() > 0.95
+    # In 5 mm: 1.5 of a smoothstep over half the range, and 0.25 of a blur of 8 mm.
+    assert np.abs(np.diff(painter.shows, axis=0)).max() < 0.75

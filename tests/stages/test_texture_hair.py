@@ -16,14 +16,13 @@ from bakery.stages.atlas import make_atlas, make_view, visibility_of
 from bakery.stages.segment import BACKGROUND, HAIR, SKIN, Segmentation
 from bakery.stages.texture.hair import (
     Mattes,
-    _from_both,
-    _tone,
     before_ears,
     beside_scalp,
     hair_layer,
     loose,
     mattes_of,
 )
+from bakery.stages.texture.hairtone import from_both, tone_of
 from bakery.types import Camera
 
 FRONT = Camera(
@@ -271,7 +270,9 @@ def made_of(photo, seen):
     mattes.hair[:40], mattes.skin[40:] = 1, 1
     color, sure = np.full((256, 256, 3), seen, np.float32), np.zeros((256, 256), np.float32)
     sure[20:60, 64:192] = 1
-    return np.exp(_tone(color, sure, np.ones((256, 256), np.float32), photo, mattes))
+    return np.exp(
+        tone_of(color, sure, np.ones((256, 256), np.float32), photo, mattes.hair, mattes.skin)
+    )
 
 
 def test_a_highlight_does_not_colour_the_back():
@@ -292,7 +293,7 @@ def test_what_is_hardly_sure_makes_no_colour_of_its_own():
     sure = np.zeros((64, 64), np.float32)
     sure[20:30, 5:9], sure[40:50, 20:40] = 0.4, -1.2e-7
     sure[45, 30] = 1e-6
-    found = _from_both(values, sure, np.zeros((64, 64), np.float32))
+    found = from_both(values, sure, np.zeros((64, 64), np.float32))
     assert found.min() > -3.01 and found.max() < -0.99
 
 
@@ -307,7 +308,9 @@ def test_a_hairline_where_skin_shines_through_does_not_colour_the_back():
     color[20:40] = (skin + hair) / 2  # a thin hairline
     sure = np.zeros((256, 256), np.float32)
     sure[20:60, 64:192] = 1
-    made = np.exp(_tone(color, sure, np.ones((256, 256), np.float32), photo, mattes))
+    made = np.exp(
+        tone_of(color, sure, np.ones((256, 256), np.float32), photo, mattes.hair, mattes.skin)
+    )
     np.testing.assert_allclose(made[200:], np.broadcast_to(hair, (56, 256, 3)), rtol=0.02)
     np.testing.assert_allclose(made[55, 128], hair, rtol=0.05)
 
@@ -322,3 +325,12 @@ def test_a_shaded_rim_does_not_colour_a_side():
     photo[:36], photo[36:40] = light, dark
     made = made_of(photo, dark)
     assert (made @ LUMA).min() > np.exp(-0.55) * (light @ LUMA)
+
+
+def test_grey_hairs_among_dark_ones_are_no_highlights(seen):
+    """Every other hair is grey: what is made up is as light as both together, not as the dark ones."""
+    dark, grey = np.full(3, 0.02, np.float32), np.full(3, 0.2, np.float32)
+    photo = np.full((64, 64, 3), (0.5, 0.35, 0.3), np.float32)
+    photo[:40:2], photo[1:40:2] = dark, grey
+    made = made_of(photo, (dark + grey) / 2)
+    assert np.abs(np.log(made[200:] / ((dark + grey) / 2))).max() < 0.5

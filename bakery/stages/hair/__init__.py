@@ -10,6 +10,7 @@ from bakery.stages.hair import mesh as meshes
 from bakery.stages.hair.chart import COLUMNS
 from bakery.stages.hair.curls import curliness, take_curls
 from bakery.stages.hair.directions import flow, photographed
+from bakery.stages.hair.painter import Painter
 from bakery.stages.hair.portrait import NOTHING, Portrait, at, look
 from bakery.stages.hair.shell import make_shell
 from bakery.stages.hair.strands import KNOTS, Wisps, grow
@@ -64,7 +65,7 @@ def make_hair(
     curls = take_curls(portrait, curly) if curly > 0 else None
     longest = (LONGEST + curly * (CURLED - LONGEST)) if long else SHORT
     wisps = grow(shell, ways, CARDS, WIDTH, longest)
-    return _assembled(atlases.Painter(portrait, shell, ways, curls), wisps, chin, size)
+    return _assembled(Painter(portrait, shell, ways, curls), wisps, chin, size)
 
 
 def _like_skin(portrait: Portrait) -> bool:

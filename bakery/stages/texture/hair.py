@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from bakery.geometry.color import LUMA, held, to_encoded
+from bakery.geometry.color import LUMA
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.noise import value_noise
 from bakery.geometry.sample import bilinear
@@ -31,6 +31,7 @@ from bakery.stages.segment import (
     Segmentation,
 )
 from bakery.stages.segment.refine import EYES_APART
+from bakery.stages.texture.hairtone import from_both, tone_of
 
 HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
 SHOWN_STRIP = (0.18, 0.13)  # the layer shows none, all: wider, so that nothing gapes between both
@@ -42,24 +43,18 @@ UP_TO_SCALP = 1.08  # of the face's contour: between it and the scalp nothing ga
 JAW = 20.0  # mm above the chin, where the layer has gone
 # Cosine: at a slant the photo says where hair is, not how it looks: a pixel is a streak.
 LOOK = (0.1, 0.3)
+STRANDS = (0.45, 0.2)  # of hair they are sooner: none from the first on, all up to the second
 # Cosine: on the skin a few mm of the fit are centimetres of hair that is drawn.
 SQUARE = (0.1, 0.45)
 SIDEBURN = (-6.0, 8.0)  # mm above the middle of an ear, up to which the layer shows none, all
 LOBE = 6.0  # mm before an ear from which it shows all
 POCKETS = 0.25  # of the eye distance, from the background: how far between strands it is seen
-DIFFERS = 0.5, 0.12  # log brightness, and tint, by which what is made up differs from the middle
 LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
 ON_SKIN = (89.0, 82.0)  # degrees: off the scalp the photo says nothing beyond the first
 BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
 CRACK = 80  # share of the atlas that cracks between what the labels tell are wide, at most
 LINE = 110  # share of the atlas over which a hairline is smooth
-UNLIKE = 0.08  # distance of sRGB colours of hair and skin that can be told apart
-LIKE = (0.5, 0.7)  # of the way from skin's colour to hair's: no hair up to it, all from it on
-SHINING = (1.8, 2.4)  # upper over lower fifth of hair's lightness: even, shining
-GLOSS = (1.4, 1.9)  # lightness over that of dull hair: such, highlights
 OVAL_EAR = 2.5  # exponent of an ear's outline: in the corners of its box hair grows
-REACH = 25  # share of the atlas over which what is made up passes to the hair's middle colour
-LEFT = 0.05  # of what is labelled hair
 FRAY = (0.7, 8.0)  # mm, width and length of hairs at the hairline
 FRAYED = 0.06  # how far they reach over it
 CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
@@ -205,7 +200,7 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     # Unseen scalp has hair if the scalp that was seen nearest to it has: thin hair stays thin.
     own, other = trusted(cosine, told, square)
     near = np.minimum(on_skin * (1 - other), growth + 0.02)
-    near = _from_both(here[..., None], near.astype(np.float32), own)
+    near = from_both(here[..., None], near.astype(np.float32), own)
     usual = growth * smoothstep(0.35, 0.65, both_sides(near, on_skin))[..., 0]
     grown = weighed(own, other, here, usual, blurred)
     grown = temples_of(head, atlas.at(head.mean)).smooth(
@@ -227,12 +222,14 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     line = smoothstep(0.25, 0.75, grown + FRAYED * atlas.paint(locks(head, atlas, *FRAY)))
     unseen = (1 - seen) * strip * line * (1 - lost) * (1 - atlas.paint(on_ears(head, atlas)))
     dark = np.log(np.maximum(color, 1e-3))  # dark hair stays dark beside its highlights
-    tone = _tone(color, sure if sure.any() else lock, own, linear, mattes)
+    tone = tone_of(color, sure if sure.any() else lock, own, linear, mattes.hair, mattes.skin)
     smooth = np.exp(both_sides(tone, seen))
     made = smooth * np.exp(_energy(color, sure) * noise)[..., None]
     # A side that is hardly seen looks as the other one does, in its own tone.
     other, there = color[:, ::-1] * smooth / smooth[:, ::-1], (look * sure)[:, ::-1]
     made += cv2.GaussianBlur(there, (0, 0), 2)[..., None] * (other - made)
+    streaky = here * soften(smoothstep(*STRANDS, cosine), inside)
+    color = color + streaky[..., None] * (made - color)
     # What hangs before temples and cheeks does not end with the view: it fades out beyond it, but not
     # over skin that is seen.
     fade = np.clip(2 * cv2.GaussianBlur(shown, (0, 0), atlas.size / BESIDE), 0, 1)
@@ -305,71 +302,6 @@ def both_sides(values, seen):
     far = 1 - cv2.GaussianBlur(np.maximum(seen, seen[:, ::-1]), (0, 0), seen.shape[0] / 40)
     middle = (values + values[:, ::-1]) / 2
     return values + far[..., None] * (middle - values)
-
-
-def _tone(color, sure, own, linear, mattes):
-    """Log colour [T, T, 3] of hair that is made up: of what is `sure` [T, T], continued.
-
-    What is nearer to the skin's colour than to that of the photo's hair is of bald tops and hairlines.
-    Far from all else, and where little is left of it, what is made up has the hair's middle colour. A
-    shaded rim, continued over a side, would be hair of another colour: it is about as light as the rest.
-    """
-    dark = np.log(np.maximum(color, 1e-3))
-    inner = cv2.erode((mattes.hair > 0.9).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-    skin = mattes.skin > 0.9
-    if not (inner.any() and skin.any()):
-        return _from_both(dark, sure, own)
-    both = [np.median(linear[where], 0) for where in (inner, skin)]
-    dull, shining = _dull(linear[inner])
-    level = to_encoded(np.maximum(color @ LUMA, 0)) / max(float(to_encoded(dull @ LUMA)), 1e-3)
-    middle = np.log(np.maximum(both[0] + shining * (dull - both[0]), 1e-3)).astype(np.float32)
-    kept = sure * (1 - shining * smoothstep(*GLOSS, level))
-    if np.linalg.norm(to_encoded(both[0]) - to_encoded(both[1])) >= UNLIKE:
-        shown = to_encoded(np.maximum(color, 0))
-        off = [np.linalg.norm(shown - to_encoded(each), axis=-1) for each in both]
-        kept = kept * smoothstep(*LIKE, off[1] / np.maximum(off[0] + off[1], 1e-6))
-    elif shining == 0:
-        return held(_from_both(dark, sure, own), middle, *DIFFERS)
-    tone = np.broadcast_to(middle, dark.shape)
-    if kept.sum() >= LEFT * sure.sum():
-        # The border of what is seen is a hairline, where skin shines through: it does not tell of the back.
-        tone = middle + _beside(kept) * (_from_both(dark, kept.astype(np.float32), own) - middle)
-    tone = held(tone, middle, *DIFFERS)
-    if shining == 0:
-        return tone
-    # A highlight fades out, or what is made up would end at its border.
-    return tone + shining * _beside(sure - kept) * (_from_both(dark, sure, own) - tone)
-
-
-def _beside(sure):
-    """How near texels are to what is `sure` [T, T]: [T, T, 1] 0..1."""
-    near = cv2.GaussianBlur(sure.astype(np.float32), (0, 0), len(sure) / REACH)
-    return np.clip(2 * near, 0, 1)[..., None]
-
-
-def _dull(colors):
-    """The colour [3] of hair [n, 3] linear off its highlights, and how far it has such, 0..1.
-
-    Cropped hair shines where the lamp is, on top: its back and sides do not.
-    """
-    level = to_encoded(colors @ LUMA)
-    low, high = np.quantile(level, (0.2, 0.8))
-    shining = float(smoothstep(*SHINING, high / max(low, 1e-3)))
-    return np.median(colors[level <= low], 0), shining
-
-
-def _from_both(values, sure, own):
-    """Values [T, T, C] continued from where they are `sure` [T, T], the other side's too.
-
-    Args:
-        own: [T, T] 0..1, how squarely a side is seen: a far one takes after the near one.
-    """
-    sure = np.clip(sure, 0, 1)  # interpolation leaves -1e-7, which would divide by nothing
-    other = sure[:, ::-1] * (1 - own) * (sure < 0.5)
-    weight = sure + other
-    both = values * sure[..., None] + values[:, ::-1] * other[..., None]
-    both = (both / np.maximum(weight, 1e-6)[..., None]).astype(np.float32)
-    return diffuse(both, np.minimum(weight, 1).astype(np.float32))
 
 
 def locks(head: HeadModel, atlas: Atlas, width: float, length: float) -> np.ndarray:

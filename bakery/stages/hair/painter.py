@@ -1,0 +1,267 @@
+"""What hair looks like: as the photo shows it, and what continues that."""
+
+import cv2
+import numpy as np
+
+from bakery.geometry import camera as cameras
+from bakery.geometry.color import LUMA, held, to_encoded
+from bakery.geometry.fill import diffuse, smoothstep
+from bakery.geometry.raster import rasterize
+from bakery.geometry.sample import bilinear
+from bakery.stages.hair import chart as charts
+from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
+from bakery.stages.hair.curls import Curls
+from bakery.stages.hair.directions import frame
+from bakery.stages.hair.mesh import aside_of, beside_face, body_depth
+from bakery.stages.hair.portrait import NOTHING, Portrait, at
+from bakery.stages.hair.shell import Shell, told
+
+SHADE = 0.95  # of what unseen hair is as bright as the hair around it
+# Of the way from the nearest colour to the middle one that hair far from the seen has.
+UNSEEN = 0.85
+UNLIKE = 0.3  # distance of sRGB colours of skin and of hair that is surely no bald top's
+EVEN = 5.0, 35.0  # mm over which a patch, and the hair around it, has its tone
+# Cosine to the camera: patches are left as they are from the first on, and evened up to the second.
+EVENED = 0.8, 0.35
+PATCHY = 0.12, 0.03  # log brightness, and tint, by which they differ from what is around then
+FADES = 8.0  # mm over which the photo fades out where it ends to show hair
+# Of what is around that it shows: none of it is taken up to the first, all from the second on.
+FADED = 0.35, 0.85
+OWN = 4.0  # times its own weight that the colour of a side counts, before the other one's
+DIFFERS = 0.5  # log brightness by which made-up hair differs from the middle of the seen
+BESIDE = 0.6  # cosine of the azimuth from which hair is beside the head
+THINS = 0.0, 12.0  # mm within a hairline beside the face over which strands get more
+STREAKS = 1.0  # of the photo's contrast that made-up strands have
+LIT, GLOSS = 0.16, 0.28  # log brightness from below to above, and of the ring of gloss
+DIMMED = 0.1  # log brightness that it loses beside the ring
+RING = 42.0, 15.0  # degrees above the horizon that hair faces where the gloss is, and its width
+INNER_SIDE = 0.35  # how much of the photo shows on hair that it sees from within, in the dark
+SLANT = (0.25, 0.5)  # cosine to the camera: the photo is not shown up to it, and all from it on
+BARE = (0.15, 0.4)  # the same for skin
+
+
+class Painter:
+    """Colours of places on the hair of one portrait."""
+
+    def __init__(
+        self,
+        portrait: Portrait,
+        shell: Shell,
+        flow: np.ndarray,
+        curls: Curls | None = None,
+    ) -> None:
+        """
+        Args:
+            flow: [ROWS, COLUMNS, 3] from root to tip.
+            curls: None is straight hair.
+        """
+        self.portrait, self.shell, self.flow = portrait, shell, flow
+        self.curls = curls
+        self.nearest = self._nearest()
+        self.normals = charts.smooth(frame(shell)[:, :, 2], 5.0)
+        self.look = self._look()
+        self.even = self._even()
+        self.tone = self._tone()
+        self.energy = self._energy()
+        self.carving = self._carving()
+        self.full = self._full()
+        self.aside = np.broadcast_to(aside_of(shell, portrait), (ROWS, COLUMNS))
+        self.shows = np.ones((ROWS, COLUMNS))
+        self.shows = self._shows()
+
+    def _nearest(self):
+        """Depth [H, W] of the first surface: head or shell."""
+        portrait, shell = self.portrait, self.shell
+        column, row = np.meshgrid(np.arange(COLUMNS + 1), np.arange(ROWS + 1))
+        cells = np.stack([column, row], -1).astype(float)
+        points = shell.surface(cells, 1.0)
+        pixels, depth = portrait.pixels(points)
+        there = shell.chart.take(shell.there, cells) > 0.5
+        index = np.arange(there.size).reshape(there.shape)
+        a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
+        faces = np.stack([np.stack([a, d, c], -1), np.stack([a, c, b], -1)], -2).reshape(-1, 3)
+        faces = faces[there.ravel()[faces].all(1)]
+        found = rasterize(pixels.reshape(-1, 2), depth.ravel(), faces, portrait.depth.shape)
+        return np.minimum(np.where(np.isfinite(found.depth), found.depth, NOTHING), portrait.depth)
+
+    def _look(self):
+        """Log colour [ROWS, COLUMNS, 3] that the photo shows in each cell, and how surely [ROWS, COLUMNS]."""
+        portrait, shell = self.portrait, self.shell
+        dark = np.log(np.maximum(portrait.color, 2e-3))
+        dark = cv2.GaussianBlur(dark, (0, 0), 4 * portrait.scale)
+        pixels, _ = portrait.pixels(shell.surface(charts.grid(), 1.0))
+        weight = (shell.seen * shell.there * (bilinear(portrait.hair, pixels) > 0.5)).astype(
+            np.float32
+        )
+        return bilinear(dark, pixels), weight
+
+    def _even(self):
+        """Log [ROWS, COLUMNS, 3] that brings what the photo shows at a slant to the tone of the hair around."""
+        values, weight = self.look
+        slant = np.abs(self._cosine(self.shell.surface(charts.grid(), 1.0), charts.grid()))
+        square = weight * (np.clip(slant, 0, 1) ** 2 + 1e-3)
+
+        def mean(share, mm):
+            total = charts.smooth((values * share[..., None]).astype(float), mm)
+            return total / np.maximum(charts.smooth(share.astype(float), mm), 1e-6)[..., None]
+
+        near, around = mean(weight, EVEN[0]), mean(square, EVEN[1])
+        share = smoothstep(*EVENED, slant) * smoothstep(0.0, 0.1, charts.smooth(weight, EVEN[0]))
+        return share[..., None] * (held(near, around, *PATCHY) - near)
+
+    def _tone(self):
+        """Log colour [ROWS, COLUMNS, 3] of the hair in each cell, continued to what is unseen."""
+        values, weight = self.look
+        values = values + self.even
+        # A side that is hardly seen has the other one's colours.
+        weight = np.minimum(OWN * weight, 1)
+        other = weight[:, ::-1] * (1 - np.clip(weight, 0, 1))
+        both = weight + other
+        values = (values * weight[..., None] + values[:, ::-1] * other[..., None]) / np.maximum(
+            both, 1e-6
+        )[..., None]
+        weight = both
+        wide, stretch = COLUMNS // 2, 3  # colours go on around the head rather than up and down
+        padded, known = (
+            np.repeat(
+                np.pad(p, ((0, 0), (wide, wide)) + ((0, 0),) * (p.ndim - 2), "wrap"), stretch, 0
+            )
+            for p in (values, weight)
+        )
+        on = diffuse(padded, known)[stretch // 2 :: stretch, wide:-wide]
+        if (weight > 0.5).any():
+            rows, columns = np.nonzero(weight > 0.5)
+            beside = (rows > DOME // 2) & (np.cos(charts.azimuth()[columns]) < BESIDE)
+            middle = self._middle(values[rows, columns], beside)
+            # The shaded rim of a side, spread over all of it, would be hair of another colour.
+            on = held(on, middle, DIFFERS)
+            far = 1 - smoothstep(0.0, 0.2, charts.smooth(weight.astype(float), 50.0))[..., None]
+            on = on + UNSEEN * far * (middle - on)
+        return charts.smooth(on.astype(float), 6.0)
+
+    def _middle(self, values, sides):
+        """The middle of log colours [n, 3]: of a bald top's, of those alone that are of `sides` [n]."""
+        middle = np.median(values, 0)
+        skin = self.portrait.linear[self.portrait.skin]
+        if not (len(skin) and sides.any()):
+            return middle
+        bare = to_encoded(np.median(skin, 0))
+        beside = np.median(values[sides], 0)
+        whole, aside = to_encoded(np.exp(middle)), to_encoded(np.exp(beside))
+        shines = np.linalg.norm(whole - bare) < np.linalg.norm(whole - aside)
+        return beside if shines and np.linalg.norm(aside - bare) > UNLIKE else middle
+
+    def _energy(self):
+        """Standard deviation of the log brightness of single wisps."""
+        gray = np.log(np.maximum(self.portrait.color @ LUMA.astype(np.float32), 2e-3))
+        fine = gray - cv2.GaussianBlur(gray, (0, 0), 2.0 * self.portrait.scale)
+        inner = self.portrait.hair > 0.95
+        return float(np.clip(np.std(fine[inner]), 0.05, 0.4)) if inner.sum() > 50 else 0.15
+
+    def curled(self, points, cells):
+        """Log brightness [n] of curls at places; None of straight hair."""
+        if self.curls is None:
+            return None
+        normal = self.shell.chart.take(self.normals, cells)
+        length = np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-6)
+        return self.curls.at(points, normal / length)
+
+    def color(self, points, cells, streak, curl=None, skin=False):
+        """What places look like.
+
+        Args:
+            points: [n, 3] mm; cells: [n, 2] of the chart.
+            streak: [n] noise of unit variance, along strands.
+            curl: [n] log brightness, see `curled`; None has no curls.
+            skin: before the face show the photo where it shows skin too, that nothing is seen of where
+                hair ends.
+
+        Returns:
+            colours [n, 3] linear, share [n] that the photo shows, and alpha [n] that it leaves.
+        """
+        portrait, shell = self.portrait, self.shell
+        pixels, depth = portrait.pixels(points)
+        air, on_skin = shell.chart.take(self.carving, cells).T
+        picture, shown = self._shown(points, cells, skin)
+        tone = shell.chart.take(self.tone, cells)
+        light = self._light(cells)
+        detail = STREAKS * self.energy * streak
+        if curl is not None:
+            detail = detail + self.curls.share * (curl - detail)
+        level = light + (1 + light) * detail
+        made = np.exp(tone + np.log(SHADE) + level[:, None])
+        # A side that is hardly seen looks as the other one does, in its own tone.
+        there = charts.mirrored(cells)
+        other, known = self._shown(shell.chart.mirrored(points), there)
+        off = np.clip(tone - shell.chart.take(self.tone, there), -DIFFERS, DIFFERS)
+        made += known[:, None] * (other * np.exp(off) - made)
+        color = made + shown[:, None] * (picture - made)
+        before = smoothstep(6.0, 1.0, depth - body_depth(portrait, shell, pixels))
+        before = before * portrait.inside(pixels)
+        before = before * np.where(at(portrait.depth, pixels) < NOTHING, on_skin, air)
+        return color, shown, 1 - before * (1 - bilinear(portrait.hair, pixels))
+
+    def _shown(self, points, cells, skin=False):
+        """What the photo shows of places [n, 3]: colours [n, 3] linear, and how surely [n]."""
+        portrait, shell = self.portrait, self.shell
+        pixels, depth = portrait.pixels(points)
+        thick = shell.chart.take(shell.radius - shell.base, cells)
+        first = depth < at(self.nearest, pixels) + 9 + 0.4 * thick
+        slant = self._cosine(points, cells)
+        shown = portrait.inside(pixels) * first * np.where(slant < 0, INNER_SIDE, 1.0)
+        shown = shown * shell.chart.take(self.carving[..., 1], cells)
+        hair = bilinear(portrait.hair, pixels)
+        picture = bilinear(portrait.color, pixels) * np.exp(shell.chart.take(self.even, cells))
+        sure = smoothstep(0.1, 0.5, hair) * smoothstep(*SLANT, np.abs(slant))
+        sure = sure * shell.chart.take(self.shows, cells)
+        if skin:
+            bare = smoothstep(0.7, 0.3, hair) * at(portrait.skin, pixels)
+            bare = bare * (1 - shell.chart.take(self.aside, cells))
+            picture = picture + bare[:, None] * (bilinear(portrait.linear, pixels) - picture)
+            sure = np.maximum(sure, bare * smoothstep(*BARE, np.abs(slant)))
+        return picture, shown * sure
+
+    def _carving(self):
+        """How far the photo may cut hair off before backdrop, and before skin: [ROWS, COLUMNS, 2] 0..1.
+
+        Nothing where the skull itself is before the backdrop, for it is fitted too wide; and of hair that
+        grows there, not what the photo does not tell (`presence`).
+        """
+        portrait, shell = self.portrait, self.shell
+        pixels, _ = portrait.pixels(shell.surface(charts.grid(), 0.0))
+        fits = ~(portrait.inside(pixels) & at(portrait.behind, pixels))
+        both = np.stack([fits, told(shell)], -1).astype(float)
+        return np.clip(charts.smooth(both, 4.0), 0, 1)
+
+    def _shows(self):
+        """How much of what is around each cell the photo shows, hair or skin [ROWS, COLUMNS] 0..1.
+
+        Where it ends to show any, it fades out, or the border would be seen.
+        """
+        portrait, shell = self.portrait, self.shell
+        cells = charts.grid().reshape(-1, 2)
+        points = shell.surface(cells, 1.0)
+        _, shown = self._shown(points, cells)
+        pixels, _ = portrait.pixels(points)
+        beside = at(portrait.skin, pixels) & portrait.inside(pixels)
+        beside = beside * smoothstep(*BARE, self._cosine(points, cells))
+        shown = np.maximum(shown, beside).reshape(ROWS, COLUMNS)
+        return smoothstep(*FADED, charts.smooth(shown, FADES))
+
+    def _full(self):
+        """How many of the strands there are [ROWS, COLUMNS] 0..1: beside the face a hairline thins out."""
+        inside = charts.smooth(charts.distance_inside(self.shell.there > 0.5), 3.0)
+        thin = beside_face(self.shell, self.portrait)
+        return 1 - thin * (1 - smoothstep(*THINS, inside))
+
+    def _light(self, cells):
+        """Log brightness [n] of hair that nobody photographed, by which way it faces: from above, soft."""
+        normal = self.shell.chart.take(self.normals, cells)
+        up = normal[:, 1] / np.maximum(np.linalg.norm(normal, axis=-1), 1e-6)
+        off = (np.degrees(np.arcsin(np.clip(up, -1, 1))) - RING[0]) / RING[1]
+        return LIT * up + GLOSS * np.exp(-(off**2)) - DIMMED
+
+    def _cosine(self, points, cells):
+        """Between the shell's normal and the line of sight, [n]."""
+        normal = self.shell.chart.take(self.normals, cells)
+        return cameras.facing(points, normal, self.portrait.camera)
