@@ -18,18 +18,19 @@ from bakery.geometry.fill import around, normalized_blur, smoothstep
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import Atlas, uv_polygon
 
-# Octaves: standard deviation (mm) of the blur that ends each, and the root mean square that it has in
-# resting cheeks, of log luminance and of log colour beside it, by 8 neutral photos of london/train. Pores
-# and colours: three quarters of the skin have less; folds: half; the widest, which is also light: nine tenths.
+# Octaves: standard deviation (mm) of the blur that ends each, and the root mean square that it may have,
+# of log luminance and of log colour beside it. In resting cheeks, by 8 neutral photos of london/train,
+# three quarters of the skin have less of pores and colours, and half of folds; of the two widest half has
+# less than 0.040, and nine tenths than 0.100. They are held lower: dents beside a smile are as wide.
 OCTAVES = (
     (0.35, 0.029, 0.0070),
     (0.7, 0.023, 0.0055),
     (1.4, 0.018, 0.0078),
     (2.8, 0.023, 0.0109),
-    (5.6, 0.040, 0.0141),
-    (11.2, 0.100, 0.0173),
+    (5.6, 0.030, 0.0141),
+    (11.2, 0.070, 0.0173),
 )
-NEAR = 2.5  # widths of an octave's blur over which its amplitude is taken
+NEAR = 1.25  # widths of an octave's blur over which its amplitude is taken
 NOSE = np.array([168, 417, 465, 343, 277, 279, 358, 327, 2, 98, 129, 49, 47, 114, 245, 193])
 WINGS = np.array([327, 326, 2, 97, 98])  # the nose's base, from its left wing to the right
 MOUSTACHE = np.concatenate([marks.LIPS_OUTER_UPPER, WINGS])
@@ -44,10 +45,12 @@ RINGS = (  # what has edges of its own, how much larger, and mm over which the s
 )
 WITHIN = 1.05  # of the face's contour
 FADE = 1 / 60  # of the atlas's side, over which the contour's border fades
-# A beard is no fold: how much more detail of HAIRS (mm) there is above the lip than on the cheeks, of nobody
-# and of who has one (4 of congress/train: 2.3 to 3.8; shaven 1.5). Then all stays from the mouth down (its
-# corners, to both sides) and beside the moustache; mm.
-BEARD, HAIRS, BELOW, BESIDE = (1.6, 2.2), (0.35, 1.4), 3.0, (20.0, 12.0)
+# A beard is no fold: how much more detail of HAIRS (mm) there is than on the cheeks. On the chin, from
+# which on all stays from the mouth down (its corners, to both sides): shaven 0.9 to 1.2, bearded 1.3 to
+# 1.4. Above the lip, from which on all stays beside the moustache: shaven 1.3 to 2.7, for a smile folds it
+# too; with one 2.8 to 4.0 (22 of congress, among them 19 of val). mm.
+HAIRS, CHIN, MOUSTACHED = (0.2, 0.5), (1.15, 1.3), (2.2, 2.8)
+BELOW, BESIDE = 3.0, (20.0, 12.0)
 COARSE = 3.0  # pixels, standard deviation of a blur that needs no finer picture
 DARK = 2e-3  # linear
 
@@ -101,7 +104,7 @@ def _blurred(values, known, sigma):
 
 
 def _beard(head, on_skin, log, weight, window, texel):
-    """How surely a texel of the window [h, w] may hold a beard, as hair above the lip tells."""
+    """How surely a texel of the window [h, w] may hold a beard, as the detail on chin and upper lip tells."""
     places, points = on_skin.at(head.mean), head.landmarks(head.mean)
     level = points[marks.MOUTH_CORNERS, 1].mean()
     below = on_skin.paint(smoothstep(level + BELOW, level - BELOW, places[:, 1]))[window]
@@ -109,10 +112,12 @@ def _beard(head, on_skin, log, weight, window, texel):
     fine, coarse = (normalized_blur(log @ LUMA, skin, width / texel) for width in HAIRS)
     detail = np.abs(fine - coarse)
     lip = uv_polygon(head, MOUSTACHE, 0.8, on_skin.size)[window].astype(np.uint8)
-    usual = np.median(detail[(weight[window] > 0.9) & (below == 0)])
-    more = np.median(detail[lip > 0]) / max(float(usual), 1e-6)
+    plain = weight[window] > 0.9
+    usual = max(float(np.median(detail[plain & (below == 0)])), 1e-6)
+    chin, above = (np.median(detail[part]) / usual for part in (plain & (below > 0.5), lip > 0))
     away = cv2.distanceTransform(1 - lip, cv2.DIST_L2, 5) * texel
-    return np.maximum(below, smoothstep(*BESIDE, away)) * smoothstep(*BEARD, more)
+    moustache = smoothstep(*BESIDE, away) * smoothstep(*MOUSTACHED, above)
+    return np.maximum(below * smoothstep(*CHIN, chin), moustache)
 
 
 def _cheeks(head: HeadModel, on_skin: Atlas) -> tuple[np.ndarray, float]:
