@@ -10,7 +10,7 @@ from bakery.formats.image import write_image
 from bakery.formats.record import dump
 from bakery.synth.render import dress, paint
 from bakery.synth.samples import truth_table
-from bakery.synth.scene import neutral_scene, random_scene
+from bakery.synth.scene import random_scene
 from bakery.synth.subject import random_subject
 
 
@@ -42,24 +42,6 @@ def random_picture(head, seed, options=TrainingOptions()):
     scene = random_scene(rng, options.size, options.size, options.turn)
     wardrobe = dress(head, subject, options.detail, options.share)
     return paint(wardrobe, scene, options.supersample, options.quality)
-
-
-def random_pair(head, seed, options=TrainingOptions()):
-    """One random person twice, from one camera and in one light: expressive and neutral.
-
-    Args, as for `random_picture`.
-
-    Returns:
-        Picture of the expression, Picture of the resting face looking straight ahead.
-    """
-    rng = np.random.default_rng(seed)
-    subject = random_subject(rng, head, options.spread)
-    scene = random_scene(rng, options.size, options.size, options.turn)
-    wardrobe = dress(head, subject, options.detail, options.share)
-    return tuple(
-        paint(wardrobe, one, options.supersample, options.quality)
-        for one in (scene, neutral_scene(scene))
-    )
 
 
 def write(head, folder, count, seed=0, options=TrainingOptions()):

@@ -13,14 +13,14 @@ import pytest
 
 def test_help_is_quick():
     quickest = 9.0
-    for _ in range(3):
+    for _ in range(5):
         before = os.times()
         subprocess.run([sys.executable, "-m", "bakery", "--help"], capture_output=True, check=True)
         after = os.times()
         quickest = min(quickest, sum(after[2:4]) - sum(before[2:4]))
-    # Of processor time: 0.06 s; the wall clock of a busy machine says nothing. The limit of the
-    # project is 0.20.
-    assert quickest < 0.4
+    # Of processor time, the least of five: 0.05 s of 0.06 that are asked for on a quiet machine. The wall
+    # clock of a busy one says nothing, and shared cores give a half more.
+    assert quickest < 0.10
 
 
 def test_every_command_has_help(bakery):

@@ -66,12 +66,15 @@ def test_means_over_photos():
     ]
     found = lips.summary(rows)
     assert found["opening_error"] == pytest.approx((0.03 + 0.06) / 2)
+    assert found["smiles_opening_error"] == pytest.approx(0.06)
     assert found["closed"] == 1 and found["closed_seen"] == pytest.approx(0.03)
     assert found["wide"] == 1 and found["width_error"] == pytest.approx(0.05)
     assert (
         found["tone_ratio"] == pytest.approx(1)
         and sum(group["photos"] for group in found["tones"].values()) == 2
     )
+    over = lips.summary([lips.of_photo(image, face(0), face(gap)) for gap in (3, -3)])
+    assert over["closed_seen"] == pytest.approx(0) and over["closed_off"] == pytest.approx(0.03)
     nothing = lips.summary(rows[2:])
     assert nothing["opening_error"] is None and nothing["tone_ratio"] is None
 

@@ -29,13 +29,6 @@ def test_training_pictures_go_on_and_repeat(head, tmp_path):
     assert np.array(table["faces"][0]["points"]).shape == (478, 2)
 
 
-def test_pair_shares_all_but_the_expression(head):
-    shown, rest = training.random_pair(head, 12, SMALL)
-    np.testing.assert_array_equal(shown.identity, rest.identity)
-    assert shown.camera == rest.camera and not rest.expression.any()
-    np.testing.assert_array_equal(rest.vertices[:1], head.neutral(rest.identity)[:1])
-
-
 def test_no_pictures_is_an_error(head, tmp_path):
     with pytest.raises(InputError, match="at least 1"):
         next(training.write(head, tmp_path, 0))

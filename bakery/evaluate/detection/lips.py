@@ -80,12 +80,14 @@ def summary(rows: list[dict]) -> dict:
             (all points) and `tone`; those of missed faces are None and count as missed alone.
 
     Returns:
-        `opening_error`, `closed_seen` (mean opening seen where lips are closed), `width_error` of
-        wide smiles, `tones` (mean error a group), `tone_ratio` (the worst group's over the mean);
+        `opening_error`, of all and of `smiles_opening_error` (the wide ones), `closed_seen` (mean opening
+        seen where lips are closed) and `closed_off` (its mean size: lips seen one through the other count
+        too), `width_error` of wide smiles, `tones` (mean error a group), `tone_ratio` (the worst group's over the mean);
         None where no photo is of the kind.
     """
     rows = [row for row in rows if row["error"] is not None]
     opened = [abs(row["opening"] - row["true_opening"]) for row in rows]
+    smiling = [off for off, row in zip(opened, rows) if row["true_opening"] > WIDE]
     closed = [row["opening"] for row in rows if row["true_opening"] < SHUT]
     widths = [
         abs(row["width"] / row["true_width"] - 1) for row in rows if row["true_opening"] > WIDE
@@ -99,8 +101,10 @@ def summary(rows: list[dict]) -> dict:
     worst = max((group["error"] for group in tones.values()), default=None)
     return {
         "opening_error": _mean(opened),
+        "smiles_opening_error": _mean(smiling),
         "closed": len(closed),
         "closed_seen": _mean(closed),
+        "closed_off": _mean([abs(opening) for opening in closed]),
         "wide": len(widths),
         "width_error": _mean(widths),
         "tones": tones,

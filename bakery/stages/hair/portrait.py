@@ -28,6 +28,8 @@ ALIKE = 0.2  # distance of sRGB colours of what may be the same
 STRANGE = 0.5, 0.25
 HANGING = 15.0  # mm along which what hides the face touches the hair that it hangs from
 INNER, HALO = 1.6, 3.0  # mm from what is no hair, and from the backdrop: nearer, colours are mixed
+JEWEL, JEWEL_RIM = 5.0, 2.0  # mm, half the width of the largest, and around what glitters
+GLITTERS = 1.6  # log by which it is lighter than the hair around
 NOTHING = 1e5  # mm, depth where no head is
 
 
@@ -128,7 +130,7 @@ def look(
     )
     return Portrait(
         cut, scale_mm, hair, solid, linear,
-        _continued(linear, hair, regions == BACKGROUND, scale_mm),
+        _continued(linear, hair, regions == BACKGROUND, level, scale_mm),
         regions == BACKGROUND, regions == SKIN, labels == EARS,
         warped(known, cv2.INTER_NEAREST) > 0,
         np.where(np.isfinite(found.depth), found.depth, NOTHING).astype(np.float32),
@@ -246,11 +248,27 @@ def _unlike_backdrop(picture, hair, backdrop, level, scale):
     return (1 - apart * between * smoothstep(0.6, 0.25, share)).astype(np.float32)
 
 
-def _continued(linear, hair, backdrop, scale):
+def _jewels(linear, level, scale):
+    """Where [H, W] small things glare below the eyes: earrings that hair lies around.
+
+    Args:
+        level: row of the eyes; above it such spots are highlights.
+    """
+    light = np.log(np.maximum(linear @ LUMA.astype(np.float32), 2e-3))
+    wide, rim = (
+        cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * max(int(mm * scale), 1) + 1,) * 2)
+        for mm in (JEWEL, JEWEL_RIM)
+    )
+    spots = light - cv2.morphologyEx(light, cv2.MORPH_OPEN, wide) > GLITTERS
+    spots &= np.arange(len(light))[:, None] > level
+    return cv2.dilate(spots.astype(np.uint8), rim) > 0
+
+
+def _continued(linear, hair, backdrop, level, scale):
     """The hair's colours, continued over what is not hair: nothing of skin or backdrop bleeds in."""
     off = cv2.distanceTransform((~backdrop).astype(np.uint8), cv2.DIST_L2, 3) / scale
     inner = cv2.distanceTransform((hair > 0.9).astype(np.uint8), cv2.DIST_L2, 3) / scale
-    sure = (inner > INNER) & (off > HALO)
+    sure = (inner > INNER) & (off > HALO) & ~_jewels(linear, level, scale)
     if not sure.any():
         sure = hair >= min(0.9, float(hair.max()))
     spread = diffuse(linear, sure.astype(np.float32))
