@@ -7,6 +7,7 @@ import logging
 import os
 import pickle
 import runpy
+import shutil
 import signal
 import subprocess
 import sys
@@ -230,6 +231,19 @@ def _own_warnings():
         for kind in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
             warnings.simplefilter("ignore", kind)
         yield
+
+
+@pytest.fixture(scope="session")
+def installed(tmp_path_factory):
+    """The environment of a process in which the package of plug-ins, tests/plugin, is installed."""
+    folder = tmp_path_factory.mktemp("site")
+    about = folder / "bakery_example-1.2.dist-info"
+    about.mkdir()
+    example = ROOT / "tests" / "plugin"
+    shutil.copy(example / "bakery_example.py", folder)
+    shutil.copy(example / "entry_points.txt", about)
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: bakery-example\nVersion: 1.2\n")
+    return os.environ | {"PYTHONPATH": os.pathsep.join([str(folder), *sys.path])}
 
 
 @pytest.fixture(scope="session")

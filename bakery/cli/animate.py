@@ -4,10 +4,10 @@ from pathlib import Path
 
 import click
 
-from bakery.cli import options
+from bakery.cli import complete, options
 
 gain = click.option(
-    "--gain", multiple=True, metavar="[NAME=]FACTOR",
+    "--gain", multiple=True, metavar="[NAME=]FACTOR", shell_complete=complete.gains,
     help="Strength of all expressions, or of one; head=0.5 and gaze=0.5 for angles.",
 )  # fmt: skip
 neutral = click.option(
@@ -96,7 +96,7 @@ def animate(
         options.say(f"{curves}: {note}")
     if sequence is None and output.suffix.lower() == ".mp4" and not pyav.available():
         options.say(f"{output}: {pyav.MISSING}")
-    options.say(f"{output}: {made.count} frames, {made.count / made.rate:.1f} s")
+    options.say(f"wrote {output}: {made.count} frames, {made.count / made.rate:.1f} s")
 
 
 @click.command(cls=options.Command)

@@ -24,12 +24,9 @@ OTHERS = (".glb", ".gltf", ".json", ".zip", ".exr", ".npz", ".png", ".jpg", ".jp
     is_flag=True,
     help="All PHOTOS show one person: one bundle of them (as when -o is a NAME.avatar).",
 )
-@click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
+@options.strict
 @click.option("--keep-photo", is_flag=True, help="Keep the portrait in the bundle.")
-@click.option(
-    "--consent", metavar="TEXT|FILE",
-    help="What the person shown agreed to; it goes into the manifest, with its SHA-256.",
-)  # fmt: skip
+@options.consent
 @click.option(
     "--skip-fresh",
     is_flag=True,
@@ -117,7 +114,7 @@ def build(
         outcome = batch.baked(asked[0], progress)
     if as_json:
         click.echo(batch.as_json(outcome))
-    options.say(f"{asked[0].output}: look at {asked[0].output / 'preview.png'}")
+    options.say(f"wrote {asked[0].output}: look at {asked[0].output / 'preview.png'}")
 
 
 def _tell_fresh(outcome, as_json):

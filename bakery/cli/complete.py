@@ -9,6 +9,7 @@ from pathlib import Path
 
 from click.shell_completion import CompletionItem
 
+ANGLES = "head", "gaze"  # `motion.retarget` has them; it imports numpy
 WORDS = Path(__file__).resolve().parents[1] / "assets" / "completion.json"
 
 
@@ -46,6 +47,16 @@ def heads(context, parameter, incomplete):
 def weights(context, parameter, incomplete):
     """Names for --weights: the shape behind the last comma."""
     return _last(words()["shapes"], incomplete)
+
+
+def shapes(context, parameter, incomplete):
+    """Names of shapes, each a word of its own."""
+    return _items(words()["shapes"], incomplete)
+
+
+def gains(context, parameter, incomplete):
+    """Names for --gain: the shape or angle behind the last comma."""
+    return _last([*words()["shapes"], *ANGLES], incomplete)
 
 
 def expressions(context, parameter, incomplete):

@@ -23,7 +23,7 @@ BUILD = (  # the options that every task is given
               help="Write a job of this kind: Open Job Description, lines of a shell, a makefile.")  # fmt: skip
 @click.option("--to", type=options.PATH, metavar="FILE", help="Write the job there, not to stdout.")
 @click.option("--dask", metavar="ADDRESS", help="Bake on this dask cluster, as tcp://host:8786.")
-@click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
+@options.strict
 @click.option("--keep-photo", is_flag=True, help="Keep the portraits in the bundles.")
 @options.baking
 @options.as_json

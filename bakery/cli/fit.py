@@ -19,10 +19,11 @@ from bakery.cli.each import as_bytes, check_early, each, output, overlay, show
     help="All PHOTOS show one person: one identity and one warp for all; a file gets the fit of the "
     "leading photo.",
 )
+@options.strict
 @options.dry_run
 def fit(
     photos, output, preview, dry_run, overwrite, preset, settings, head, detector,
-    landmarks, face, frame, same_person, **others,
+    landmarks, face, frame, same_person, strict, **others,
 ):  # fmt: skip
     """Fit the head model to PHOTOS.
 
@@ -35,7 +36,7 @@ def fit(
     """
     check_early(photos, frame)
     from bakery.bake.faces import landmarks_file, one_face
-    from bakery.bake.fitting import fit_portrait, fitted_neutral, segment_portrait
+    from bakery.bake.fitting import examine, fit_portrait, fitted_neutral, segment_portrait
     from bakery.bake.person import fit_person, leading
     from bakery.formats import record
     from bakery.heads.file import load_head
@@ -49,6 +50,12 @@ def fit(
         image, points = one_face(photo, frame, given, face, detector)
         return image, record.rounded_face(image, points)  # as a bake has them
 
+    def refuse(photo, image, points, fitted, labelled):
+        """Only for --strict: else `texture` and `bundle` warn, who know it all anyway."""
+        if strict:
+            given = landmarks_file(landmarks, photo) is not None
+            examine(photo, image, points, fitted, labelled, chosen, strict, given)
+
     def keep(fitted, image, points, place, drawn):
         options.write(place, record.dump(record.fit_to_table(fitted, image)))
         neutral = fitted_neutral(model, fitted)
@@ -60,7 +67,8 @@ def fit(
         def one(photo, place, drawn):
             image, points = found(photo)
             if not dry_run:
-                fitted, _ = fit_portrait(photo, image, points, model, chosen)
+                fitted, labelled = fit_portrait(photo, image, points, model, chosen)
+                refuse(photo, image, points, fitted, labelled)
                 keep(fitted, image, points, place, drawn)
             return not dry_run
 
@@ -75,6 +83,8 @@ def fit(
     seen = [replace(one, skin=told.skin, labels=told.labels) for one, told in zip(seen, labelled)]
     fits = fit_person(photos, seen, model, chosen)
     lead = leading(fits)
+    leader = seen[lead]
+    refuse(photos[lead], leader.photo, leader.landmarks, fits[lead], labelled[lead])
     by_photo = {photo: (fitted, one) for photo, fitted, one in zip(photos, fits, seen)}
     into_one = options.is_file(output)
     options.say(f"{photos[lead]}: leads; one identity and one warp for {len(photos)} photos")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from bakery.cli import options
+from bakery.cli import complete, options
 
 
 @click.group(cls=options.Group)
@@ -35,7 +35,7 @@ def list_(as_json):
 
 
 @heads.command(cls=options.Command)
-@click.argument("name")
+@click.argument("name", shell_complete=complete.heads)
 @options.as_json
 def show(name, as_json):
     """Say what the head model NAME (or file) holds.
@@ -60,7 +60,7 @@ def show(name, as_json):
 
 
 @heads.command(cls=options.Command)
-@click.argument("name")
+@click.argument("name", shell_complete=complete.heads)
 def describe(name):
     """Print what each shape of head model NAME does against its description, as Markdown.
 
@@ -74,7 +74,7 @@ def describe(name):
 
 
 @heads.command(cls=options.Command)
-@click.argument("name")
+@click.argument("name", shell_complete=complete.heads)
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder.")
 @click.option("--seed", default=3, show_default=True, type=click.IntRange(0))
 @click.option("--skin", is_flag=True, help="With painted skin, eyes and hair: minutes.")
@@ -253,7 +253,7 @@ points = click.option(
 
 
 @heads.command(cls=options.Command)
-@click.argument("name")
+@click.argument("name", shell_complete=complete.heads)
 @portraits
 @points
 @click.option(
@@ -326,7 +326,7 @@ def learn(wheel, portraits, points, output, overwrite):
 
 
 @heads.command(cls=options.Command)
-@click.argument("names", nargs=-1, required=True)
+@click.argument("names", nargs=-1, required=True, shell_complete=complete.heads)
 @portraits
 @points
 @click.option("--mixes", default=1000, show_default=True, help="Random expressions to try.")

@@ -94,6 +94,11 @@ keep_glasses = click.option(
     "--keep-glasses", flag_value="keep", default=None, **_sets("glasses"),
     help="Bake the frames of glasses as a layer over the skin, in place of taking them off.",
 )  # fmt: skip
+consent = click.option(
+    "--consent", metavar="TEXT|FILE",
+    help="What the person shown agreed to; it goes into the manifest, with its SHA-256.",
+)  # fmt: skip
+strict = click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
 fitted = click.option("--fit", "fitted", required=True, type=PATH, help="From `fit`.")
 weights = click.option(
     "--weights", default="", shell_complete=complete.weights,

@@ -113,4 +113,4 @@ def perform(
         options.say(f"{clip}: {note}")
     if output.suffix.lower() == ".mp4" and not pyav.available():
         options.say(f"{output}: {pyav.MISSING}")
-    options.say(f"{output}: {made.frames} frames, {made.frames / made.rate:.1f} s")
+    options.say(f"wrote {output}: {made.frames} frames, {made.frames / made.rate:.1f} s")

@@ -48,13 +48,13 @@ def preview(bundle, output, module, serve, port, livelink, listen, overwrite):
 
     if output:
         write_bytes(output, page(bundle, derive=_derived))
-        options.say(f"{output}: open it in a browser")
+        options.say(f"wrote {output}: open it in a browser")
         return
     if module:
         for name, data in site(bundle, derive=_derived).items():
             write_bytes(module / name, data)
         options.say(
-            f"{module}: put it on a web server; {module / 'index.html'} shows how to use it"
+            f"wrote {module}: put it on a web server; {module / 'index.html'} shows how to use it"
         )
         return
     with contextlib.ExitStack() as open_ones:

@@ -98,7 +98,7 @@ def render(bundle, output, mask, turntable, overwrite, **wanted):
 
 @click.command(cls=options.Command)
 @click.argument("bundle", type=click.Path(path_type=Path))
-@click.argument("expressions", nargs=-1)
+@click.argument("expressions", nargs=-1, shell_complete=complete.shapes)
 @click.option(
     "-o", "--output", required=True, type=click.Path(path_type=Path), help="EXR to write."
 )

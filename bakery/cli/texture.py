@@ -17,6 +17,8 @@ def texture(photo, fitted, output, overwrite, preset, settings, **request):
 
     \b
     bakery texture portrait.jpg --landmarks points.json --fit fit.json -o textures.npz
+
+    Of several photos of one person `bakery build --same-person` paints one set; this step takes one.
     """
     options.may_write(output, overwrite)
     from bakery.bake import pipeline

@@ -51,4 +51,4 @@ def track(clip, output, rate, fits, detector, head, gain, neutral, settings, ove
     options.wrote(fits)
     for note in take.notes:
         options.say(f"{clip}: {note}")
-    options.say(f"{output}: {len(take.seconds)} frames, {take.rate:g} a second")
+    options.say(f"wrote {output}: {len(take.seconds)} frames, {take.rate:g} a second")

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from bakery.bake.fitting import fitted_neutral
-from bakery.errors import InputError, ModelError
+from bakery.errors import InputError, ModelError, UsageProblem
 from bakery.formats import record
 from bakery.formats.exr import write_exr
 from bakery.formats.image import write_image
@@ -67,7 +67,7 @@ def parse(
     A named expression takes the place of the fit's own; weights lie over either.
 
     Raises:
-        InputError: one cannot be understood.
+        InputError: one cannot be understood; UsageProblem: names and angles that there are not.
     """
     fit = record.read_fit(fitted) if fitted else None
     if expression:
@@ -104,9 +104,9 @@ def _pair(option, text, others=""):
     try:
         yaw, pitch = (float(part) for part in text.split(","))
     except ValueError:
-        raise InputError(f"{option}: '{text}'; give {others}YAW,PITCH in degrees") from None
+        raise UsageProblem(f"{option}: '{text}'; give {others}YAW,PITCH in degrees") from None
     if not (abs(yaw) <= 180 and abs(pitch) <= 90):
-        raise InputError(f"{option}: {text}; yaw lies in -180..180, pitch in -90..90")
+        raise UsageProblem(f"{option}: {text}; yaw lies in -180..180, pitch in -90..90")
     return yaw, pitch
 
 
@@ -114,7 +114,7 @@ def _gaze(text):
     """Direction of "yaw,pitch" that eyes can take."""
     yaw, pitch = _pair("--gaze", text)
     if abs(yaw) > LIMIT[0] or abs(pitch) > LIMIT[1]:
-        raise InputError(
+        raise UsageProblem(
             f"--gaze: {text}; eyes turn {LIMIT[0]:g} degrees aside and {LIMIT[1]:g} up or down at "
             "most; turn the head with --view"
         )

@@ -1,16 +1,26 @@
 """What kept work, recipes and records of a bake depend on; what a step refuses of another."""
 
+import contextlib
 import json
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import is_dataclass, replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from bakery.bake import pipeline
+from bakery.bake import faces, pipeline
 from bakery.bake.options import BuildOptions
 from bakery.bake.pipeline import Request, recipe
+from bakery.errors import UsageProblem
+from bakery.export.consent import Consent
+from bakery.formats.record import read_faces
+from bakery.heads.file import save_head
+from bakery.settings import listing, settings_of
 from bakery.types import Camera, Fit, Landmarks, Maker
+
+FEW = Path(__file__).parents[1] / "few.toml"
+CONSENT = Consent("Ada agreed", "a" * 64)
 
 
 @pytest.fixture
@@ -23,64 +33,105 @@ def test_a_recipe_is_the_same_for_the_same_request(request_of, tmp_path):
     assert recipe(request_of) == recipe(replace(request_of, output=tmp_path / "b", strict=True))
 
 
-def test_a_recipe_changes_with_everything_that_a_bundle_depends_on(request_of, portrait, tmp_path):
+def test_a_recipe_changes_with_everything_that_a_bundle_depends_on(
+    request_of, portrait, head, tmp_path
+):
     other = tmp_path / "other.json"
     table = json.loads(portrait[1].read_text())
     table["faces"][0]["points"][0][0] += 1
     other.write_text(json.dumps(table))
+    large = tmp_path / "large.npz"
+    save_head(large, replace(head, mean=head.mean * np.float32(1.1)))
+    more = tmp_path / "more.toml"
+    more.write_text(FEW.read_text() + "[[mouths]]\njawOpen = 0.5\n")
     cases = [
         replace(request_of, landmarks=other),
+        replace(request_of, head=str(large)),
         replace(request_of, generator="rendered"),
         replace(request_of, hair="none"),
+        replace(request_of, expressions=FEW),
+        replace(request_of, expressions=more),
         replace(request_of, keep_photo=True),
+        replace(request_of, consent=CONSENT),
+        replace(request_of, consent=replace(CONSENT, sha256="b" * 64)),  # of another file
     ]
     found = {recipe(case) for case in (request_of, *cases)}
     assert len(found) == len(cases) + 1
 
 
-def changed(value):
+def test_a_recipe_knows_a_file_of_expressions_by_its_content(request_of, tmp_path):
+    copy = tmp_path / "copy.toml"
+    copy.write_bytes(FEW.read_bytes())
+    known = [recipe(replace(request_of, expressions=path)) for path in (FEW, copy)]
+    assert known[0] == known[1]
+
+
+def others(value, allowed):
+    """Values to put in a value's place: those of them that its field takes are variants of it."""
     if isinstance(value, bool):
-        return not value
-    if isinstance(value, (int, float)):
-        return value + 1
-    if isinstance(value, tuple):
-        return (*value, value[0])
-    return None
+        return [not value]
+    if isinstance(value, str):
+        return [word for word in allowed.choices if word != value]
+    if isinstance(value, int):
+        return [value + 1, value - 1]
+    if isinstance(value, float):
+        return sorted({value + 1, value - 1, value / 2} - {value})  # half of 0 is no change
+    return [
+        (*value[:place], *entry, *value[place + 1 :])
+        for place, old in enumerate(value)
+        for entry in [(), *((new,) for new in others(old, allowed))]  # left out, or another
+    ]
 
 
-def variants(options):
-    """Every record of options with one value changed."""
-    for field in fields(options):
-        value = getattr(options, field.name)
-        if is_dataclass(value):
-            for name, inner in variants(value):
-                yield f"{field.name}.{name}", replace(options, **{field.name: inner})
-        elif (other := changed(value)) is not None:
-            try:
-                yield field.name, replace(options, **{field.name: other})
-            except Exception:  # a range that the changed value leaves
-                continue
+def variants(options, prefix=""):
+    """Every record of options with one value changed: [(key as in --set, options)]."""
+    made = []
+    for name, (kind, allowed) in settings_of(type(options)).items():
+        value = getattr(options, name)
+        if is_dataclass(kind):
+            inner = variants(value, f"{prefix}{name}.")
+            made += [(key, replace(options, **{name: one})) for key, one in inner]
+            continue
+        for other in others(value, allowed):
+            with contextlib.suppress(UsageProblem):  # a range that the changed value leaves
+                made.append((prefix + name, replace(options, **{name: other})))
+    return made
+
+
+VARIANTS = variants(BuildOptions())
+
+
+def test_every_option_has_a_variant():
+    """A bound that lets none of the changes through would take an option out of the tests below."""
+    assert {name for name, _ in VARIANTS} == {key for key, *_ in listing(BuildOptions())}
 
 
 def test_every_option_is_in_the_recipe(request_of, monkeypatch):
     found = pipeline.one_face(request_of.photo, landmarks=request_of.landmarks)
     monkeypatch.setattr(pipeline, "one_face", lambda *given: found)
-    known = {"as it is": recipe(request_of)}
-    for name, options in variants(BuildOptions()):
-        known[name] = recipe(replace(request_of, options=options))
-    assert len(known) > 20 and len(set(known.values())) == len(known)
+    known = {recipe(replace(request_of, options=options)) for _, options in VARIANTS}
+    known.add(recipe(request_of))
+    assert len(known) == len(VARIANTS) + 1
 
 
 @pytest.mark.parametrize("what", ["version", "sha256"])
-def test_new_weights_or_another_version_are_another_recipe(request_of, monkeypatch, what):
-    before, found = recipe(request_of), pipeline.maker_of
+@pytest.mark.parametrize("group", ["generators", "detectors", "hair"])
+def test_new_weights_or_another_version_are_another_recipe(
+    request_of, portrait, monkeypatch, group, what
+):
+    """The detector's too, where it finds the face: a file of landmarks says who made it."""
+    _, found = read_faces(portrait[1])
+    monkeypatch.setattr(faces, "detect_faces", lambda *given: found)
+    asked, real = replace(request_of, landmarks=None), pipeline.maker_of
+    before = recipe(asked)
 
-    def maker(group, plug_in):
-        made = found(group, plug_in)
-        return replace(made, **{what: "new"}) if group == "generators" else made
+    def maker(of, plug_in):
+        made = real(of, plug_in)
+        return replace(made, **{what: "new"}) if of == group else made
 
-    monkeypatch.setattr(pipeline, "maker_of", maker)
-    assert recipe(request_of) != before
+    for part in (pipeline, faces):
+        monkeypatch.setattr(part, "maker_of", maker)
+    assert recipe(asked) != before
 
 
 def test_a_maker_says_which_plug_in_made_something():
@@ -163,10 +214,11 @@ def test_a_bake_runs_every_step_once_and_then_none(again, ran, request_of, tmp_p
         ({"head": "other"}, ["fit", "paint"]),
         ({"generator": "rendered"}, ["paint"]),
         ({"hair": "none"}, ["paint"]),
+        ({"expressions": FEW}, ["paint"]),
         ({"detector": "other"}, EVERY),
         ({"face": 1}, EVERY),
         ({"frame": 0}, EVERY),
-        ({"keep_photo": True, "strict": True, "output": "b.avatar"}, []),
+        ({"keep_photo": True, "strict": True, "output": "b.avatar", "consent": CONSENT}, []),
     ],
 )
 def test_what_a_step_is_made_from_makes_it_again(again, tmp_path, changes, steps):
@@ -182,9 +234,23 @@ def test_another_version_or_other_landmarks_make_all_again(again, portrait, monk
     assert again() == EVERY
 
 
-NEEDS = {"segment": ["fit", "paint"], "fit": ["fit", "paint"], "texture": ["paint"]}
+@pytest.mark.parametrize(
+    "group, steps", [("detectors", EVERY), ("generators", ["paint"]), ("hair", ["paint"])]
+)
+def test_new_weights_make_again_what_they_made(again, monkeypatch, group, steps):
+    weights = iter("12")  # of the first bake and of the second
+
+    def maker(of, name):
+        return {"name": name, "sha256": next(weights) if of == group else ""}
+
+    monkeypatch.setattr(pipeline, "_maker", maker)
+    assert again() == steps
 
 
-@pytest.mark.parametrize("name, options", list(variants(BuildOptions())), ids=lambda x: str(x)[:40])
+# What changed options make again, by the table or the key; others change the packing alone.
+NEEDS = {"segment": EVERY[1:], "fit": EVERY[1:], "texture": EVERY[2:], "texture.neutral": EVERY[1:]}
+
+
+@pytest.mark.parametrize("name, options", VARIANTS, ids=[name for name, _ in VARIANTS])
 def test_every_option_makes_again_what_depends_on_it_and_no_more(again, name, options):
-    assert again(options=options) == NEEDS.get(name.split(".")[0], [])
+    assert again(options=options) == NEEDS.get(name, NEEDS.get(name.split(".")[0], []))

@@ -11,6 +11,7 @@ from click.shell_completion import ShellComplete
 from bakery.cli import complete
 from bakery.cli.main import bakery
 from bakery.formats.targets import named_expressions
+from bakery.motion.retarget import ANGLES
 from bakery.types import EXPRESSIONS
 
 
@@ -45,6 +46,16 @@ def completed(line):
         ("render a --weights mouthPu", {"mouthPucker="}),
         ("render a --weights jawOpen=0.6,mouthPu", {"jawOpen=0.6,mouthPucker="}),
         ("generate a --weights jawF", {"jawForward="}),
+        ("recover a jawF", {"jawForward"}),
+        ("recover a jawOpen mouthPu", {"mouthPucker"}),
+        ("animate a --gain he", {"head="}),
+        ("retarget a --gain jawOpen=0.8,ga", {"jawOpen=0.8,gaze="}),
+        ("build --hair no", {"none"}),
+        ("export a --format glb-s", {"glb-speech"}),
+        ("render a --expression laug", {"laugh="}),
+        ("render a --light sun", {"sunset"}),
+        ("heads show make", {"makehuman"}),
+        ("heads measure makehuman make", {"makehuman"}),
         ("presets show mo", {"mobile"}),
     ],
 )
@@ -67,6 +78,7 @@ def test_the_kept_list_is_true():
     assert complete.words() == complete.made()
     assert complete.words()["shapes"] == list(EXPRESSIONS)
     assert set(named_expressions()) == set(complete.words()["expressions"])
+    assert complete.ANGLES == ANGLES
 
 
 @pytest.mark.parametrize(
@@ -92,21 +104,42 @@ def test_completion_loads_nothing_slow(words):
     assert sum(after[2:4]) - sum(before[2:4]) < 0.4
 
 
+NAMED = {
+    "--preset", "--head", "--generator", "--detector", "--hair", "--format", "--weights",
+    "--expression", "--light", "--gain", "--set",
+}  # fmt: skip
+# --hair/--no-hair; kinds that click completes itself.
+NOT_NAMES = click.types.BoolParamType, click.Choice, click.Path
+
+
+def commands(group, name=""):
+    """Every command there is, by its words."""
+    context = click.Context(group)
+    for word in group.list_commands(context):
+        command, words = group.get_command(context, word), f"{name} {word}".strip()
+        if isinstance(command, click.Group):
+            yield from commands(command, words)
+        else:
+            yield words, command
+
+
 def test_every_option_with_names_completes_them():
-    """Of all commands: who has --preset, --head, --generator, --detector or --weights."""
-    wanted = {"preset", "head", "heads", "generator", "detector", "weights", "settings"}
-
-    def walk(group):
-        context = click.Context(group)
-        for name in group.list_commands(context):
-            command = group.get_command(context, name)
-            if isinstance(command, click.Group):
-                yield from walk(command)
-            else:
-                yield name, command
-
-    for name, command in walk(bakery):
+    met = set()
+    for name, command in commands(bakery):
         for option in command.params:
-            several_networks = option.name == "weights" and option.multiple
-            if option.name in wanted and isinstance(option, click.Option) and not several_networks:
-                assert option._custom_shell_complete is not None, f"{name} --{option.name}"
+            folder = "--set" in option.opts and option.name != "settings"  # of `evaluate`
+            files = option.name == "weights" and option.multiple
+            if folder or files or isinstance(option.type, NOT_NAMES):
+                continue
+            for word in NAMED.intersection(option.opts):
+                met.add(word)
+                assert option._custom_shell_complete is not None, f"{name} {word}"
+    assert met == NAMED
+
+
+def test_every_argument_that_names_a_head_or_a_shape_completes_it():
+    for name, command in commands(bakery):
+        for argument in command.params:
+            named = name.startswith("heads ") and argument.name in ("name", "names")
+            if named or (name, argument.name) == ("recover", "expressions"):
+                assert argument._custom_shell_complete is not None, f"{name} {argument.name}"

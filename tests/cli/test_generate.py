@@ -187,6 +187,7 @@ def test_the_command(bakery, portrait, tmp_path):
     ask += ["--preset", "small"]
     done = bakery(*ask, "--weights", "jawOpen=0.6")
     assert done.returncode == 0, done.stderr
+    assert f"wrote {out}\nwrote {mask}\n" in done.stderr
     picture, face = read_photo(out).encoded, read_photo(mask).encoded
     assert picture.shape == face.shape == (512, 512, 3)
     assert 0.1 < face.mean() < 0.8

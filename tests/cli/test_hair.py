@@ -22,7 +22,7 @@ def test_a_file_of_hair(bakery, tmp_path):
     photo, marks = ANNA
     out = tmp_path / "hair.glb"
     done = bakery("hair", photo, "--landmarks", marks, *SMALL, "--hair", "cards", "-o", out)
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 0 and f"wrote {out}" in done.stderr, done.stderr
     data = out.read_bytes()
     length = struct.unpack_from("<I", data, 12)[0]
     table = json.loads(data[20 : 20 + length])

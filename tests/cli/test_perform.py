@@ -46,7 +46,7 @@ def played(bundle, bakery, clip):
 
 def test_a_portrait_plays_a_clip(played):
     done, out, fits = played
-    assert "12 frames, 0.5 s" in done.stderr
+    assert f"wrote {out}: 12 frames, 0.5 s" in done.stderr
     assert "both people, in the portrait and in the clip, have to agree" in done.stderr
     assert "shot 2 begins at frame 6 (0.24 s): fitted anew" in done.stderr
     frames = [picture for _, picture in Clip(out).frames()]

@@ -1,5 +1,7 @@
 """The single steps of a bake give the same bytes as `build`."""
 
+import json
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -50,6 +52,7 @@ def step_by_step(process, bakery, photo, folder, options, marks=None, *last):
     ):
         done = bakery(*command, *options)
         assert done.returncode == 0, (command, done.stderr)
+        assert f"wrote {command[command.index('-o') + 1]}" in done.stderr
     return out
 
 
@@ -59,22 +62,32 @@ def step_by_step(process, bakery, photo, folder, options, marks=None, *last):
         pytest.param("default", marks=pytest.mark.slow),  # 80 s: two whole bakes
         pytest.param("fit table, no hair", marks=pytest.mark.slow),
         "fit table, other generator",
+        "fit table, plug-ins",
     ],
 )
-def test_the_single_steps_are_the_bake(process, bakery, tmp_path, case):
-    """Not a byte differs; the default detector finds the face, as users have it, or a file has it."""
+def test_the_single_steps_are_the_bake(process, bakery, installed, tmp_path, case):
+    """Not a byte differs; a detector finds the face, as users have it, or a file has it."""
     sample = Path(__file__).parents[2] / "samples" / "emil.jpg"
     options, marks, last = ["--preset", "default", *QUICK], None, []
     if case != "default":
         (tmp_path / "mine.toml").write_text(PRESET)
-        options = ["--preset", tmp_path / "mine.toml", "--hair", "none", *QUICK]
-        marks, last = sample.with_suffix(".json"), ["--keep-photo"]
+        hair = "red" if "plug-ins" in case else "none"
+        options = ["--preset", tmp_path / "mine.toml", "--hair", hair, *QUICK]
+        marks, last = sample.with_suffix(".json"), ["--keep-photo", "--consent", "Emil agreed"]
     if case == "fit table, other generator":
         options += ["--generator", "rendered", "--set", "bundle.formats=[]"]
+    if case == "fit table, plug-ins":
+        options += ["--generator", "still", "--detector", "mirrored", "--set", "bundle.formats=[]"]
+        marks, bakery = None, partial(process, env=installed)
+        process = bakery
     whole = tmp_path / "whole.avatar"
     found = ["--landmarks", marks] if marks else []
     done = bakery("build", sample, *found, "-o", whole, *options, *last)
     assert done.returncode == 0, done.stderr
+    assert f"wrote {whole}: look at {whole / 'preview.png'}" in done.stderr
+    if case == "fit table, plug-ins":
+        made_by = json.loads((whole / "avatar.json").read_text())["provenance"]
+        assert (made_by["generator"], made_by["detector"]) == ("still", "mirrored")
     steps = step_by_step(process, bakery, sample, tmp_path, options, marks, *last)
     ours, theirs = content(whole), content(steps)
     assert ours.keys() == theirs.keys()

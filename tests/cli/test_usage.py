@@ -8,6 +8,7 @@ import sys
 import click
 import pytest
 
+from bakery.bake import estimate
 from bakery.cli import main as cli
 from bakery.cli import options
 from bakery.cli.group import Interrupted
@@ -87,6 +88,19 @@ def test_options_for_many_may_be_repeated(run, portrait, tmp_path):
     many = ["--set", "texture.mouths=3", "--set", "texture.resolution=512", "-q", "-q"]
     code, out, said = run("build", photo, "--landmarks", marks, "-o", tmp_path / "a", "-n", *many)
     assert code == 0 and "512" in out, said
+
+
+@pytest.mark.parametrize("generator", ["pagan", "rendered"])
+def test_a_dry_run_says_what_the_bake_takes(run, portrait, tmp_path, monkeypatch, generator):
+    """By the sizes and the generator that are asked for, on a host whose reference load takes 0.1 s."""
+    monkeypatch.setattr(estimate, "reference_seconds", lambda: 0.1)
+    photo, marks = portrait
+    asked = ["--preset", "small", "--set", "texture.mouths=7", "--generator", generator]
+    code, out, _ = run("build", photo, "--landmarks", marks, "-o", tmp_path / "a", "-n", *asked)
+    chosen = options.build_options("small", ["texture.mouths=7"])
+    seconds = 0.1 * sum(long for long, _ in estimate.plan(chosen, generator=generator).values())
+    line = f"takes       about {seconds:.0f} s and "
+    assert code == 0 and out.splitlines()[-1].startswith(line) and "GiB of memory" in out
 
 
 def test_the_nearest_name():

@@ -28,7 +28,10 @@ FADES = 8.0  # mm over which the photo fades out where it ends to show hair
 # Of what is around that it shows: none of it is taken up to the first, all from the second on.
 FADED = 0.35, 0.85
 OWN = 4.0  # times its own weight that the colour of a side counts, before the other one's
-DIFFERS = 0.5  # log brightness by which made-up hair differs from the middle of the seen
+DIFFERS = (
+    0.5,
+    0.06,
+)  # log brightness, and tint, by which made-up hair differs from the middle of the seen
 BESIDE = 0.6  # cosine of the azimuth from which hair is beside the head
 THINS = 0.0, 12.0  # mm within a hairline beside the face over which strands get more
 STREAKS = 1.0  # of the photo's contrast that made-up strands have
@@ -134,7 +137,7 @@ class Painter:
             beside = (rows > DOME // 2) & (np.cos(charts.azimuth()[columns]) < BESIDE)
             middle = self._middle(values[rows, columns], beside)
             # The shaded rim of a side, spread over all of it, would be hair of another colour.
-            on = held(on, middle, DIFFERS)
+            on = held(on, middle, *DIFFERS)
             far = 1 - smoothstep(0.0, 0.2, charts.smooth(weight.astype(float), 50.0))[..., None]
             on = on + UNSEEN * far * (middle - on)
         return charts.smooth(on.astype(float), 6.0)
@@ -193,7 +196,7 @@ class Painter:
         # A side that is hardly seen looks as the other one does, in its own tone.
         there = charts.mirrored(cells)
         other, known = self._shown(shell.chart.mirrored(points), there)
-        off = np.clip(tone - shell.chart.take(self.tone, there), -DIFFERS, DIFFERS)
+        off = np.clip(tone - shell.chart.take(self.tone, there), -DIFFERS[0], DIFFERS[0])
         made += known[:, None] * (other * np.exp(off) - made)
         color = made + shown[:, None] * (picture - made)
         before = smoothstep(6.0, 1.0, depth - body_depth(portrait, shell, pixels))
