@@ -139,7 +139,7 @@ def wanted(kind, allowed):
     return ", ".join(filter(None, [NOUNS[kind], allowed.range]))
 
 
-def shown(value):
+def shown(value: object) -> str:
     """A value in a message, not too long."""
     try:
         text = repr(value)

@@ -12,6 +12,7 @@ from bakery.errors import InputError
 from bakery.formats import targets
 from bakery.formats.files import digest, read_bytes
 from bakery.preset import find
+from bakery.settings import shown
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")  # of a key expression: it names a part of an EXR
 KEYS, GAZES, MOUTHS = 64, 100, 300  # at most
@@ -65,7 +66,7 @@ def _parsed(path: Path) -> dict[str, Any]:
     """The tables of a file of expressions, each of the form that it must have."""
     try:
         table = tomllib.loads(read_bytes(path, LARGEST).decode("utf-8"))
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # as well of too many digits, or brackets
         raise InputError(f"{path}: not valid TOML ({error}); mend the file") from None
     unknown = sorted(set(table) - {"keys", "gaze", "mouths"})
     if unknown or not table:
@@ -82,7 +83,7 @@ def _parsed(path: Path) -> dict[str, Any]:
         for row in rows:
             numbers = isinstance(row, dict) and all(type(v) in (int, float) for v in row.values())
             if not numbers:
-                raise InputError(f"{path}: {name} holds {row!r:.60}; give shape = weight")
+                raise InputError(f"{path}: {name} holds {shown(row)}; give shape = weight")
     for key in table.get("keys", {}):
         if not NAME.fullmatch(key) or key == "neutral":
             raise InputError(
@@ -96,7 +97,7 @@ def _parsed(path: Path) -> dict[str, Any]:
 def _check_gaze(path: Path, table: Any) -> None:
     try:
         directions = np.array(table["directions"], float)
-    except (TypeError, ValueError, KeyError):
+    except (TypeError, ValueError, KeyError, OverflowError):
         directions = np.zeros(0)
     if directions.ndim != 2 or directions.shape[1:] != (2,) or not len(directions) <= GAZES:
         raise InputError(f"{path}: gaze needs directions = [[yaw, pitch], ...], 1 to {GAZES}")

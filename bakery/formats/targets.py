@@ -10,6 +10,7 @@ import numpy as np
 
 from bakery.errors import UsageProblem, no_such
 from bakery.preset import find
+from bakery.settings import shown
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 LISTED = "`bakery shapes` lists all"  # ends the message about a name that is not known
@@ -40,7 +41,7 @@ def weight_rows(tables: Sequence[Mapping[str, float]], where: object) -> np.ndar
             if name not in EXPRESSION_INDEX:
                 raise no_such(f"{where}: no shape", name, EXPRESSIONS, LISTED)
             if not 0 <= weight <= 1:
-                raise UsageProblem(f"{where}: {name} is {weight}; needs a weight of 0 to 1")
+                raise UsageProblem(f"{where}: {name} is {shown(weight)}; needs a weight of 0 to 1")
             out[row, EXPRESSION_INDEX[name]] = weight
     return out
 

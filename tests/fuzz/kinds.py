@@ -95,6 +95,18 @@ def take_change(rng, data, others):
     return gzip.compress(mutate.csv_cell(rng, gzip.decompress(data), others), 1, mtime=0)
 
 
+def mesh_change(rng, data, others):
+    """A mesh with its description, a word or a line changed; a binary PLY in its header."""
+    if data.startswith(b"glTF"):
+        return containers.glb(rng, data, others)
+    if data.startswith(b"{"):
+        return json_change(rng, data, others)
+    head, mark, rest = data.partition(b"end_header\n")
+    if not mark or b"ascii" in head:
+        head, mark, rest = data, b"", b""
+    return mutate.word(rng, head) + mark + rest
+
+
 def files(folder):
     """The kinds whose reader gets one file.
 
@@ -103,6 +115,7 @@ def files(folder):
     """
     from bakery.formats import exr, image, livelink, record, video
     from bakery.heads.file import load_head
+    from bakery.heads.mesh.read import read_surface
 
     note = video.Note("a", "b")
 
@@ -140,8 +153,9 @@ def files(folder):
         Kind("exr", found("exrs/*.exr"), containers.exr, both_exr),
         Kind("take", found("takes/*"), take_change, livelink.read_take),
         Kind("sound", found("clips/clip.*"), media.video, sound),
-        Kind("clip", found("clips/[cm]*.*"), media.video, pictures, share=0.5),
+        Kind("clip", found("clips/[cm]*.*"), media.video, pictures),
         Kind("photo", found("photos/*"), media.picture, photo),
+        Kind("mesh", found("meshes/*"), mesh_change, read_surface),
     ]
 
 
@@ -254,9 +268,9 @@ def in_bundles(folder):
 
     one = alone.seeds("avatar.json")
     return [
-        Kind("manifest", {"avatar.json": one["avatar.json"]}, json_change, manifest, share=0.4),
-        Kind("web", alone.seeds("web/avatar.json"), json_change, validate, share=0.4),
-        Kind("glb", alone.seeds(".glb"), containers.glb, validate, 0.85, share=0.4),
+        Kind("manifest", {"avatar.json": one["avatar.json"]}, json_change, manifest),
+        Kind("web", alone.seeds("web/avatar.json"), json_change, validate),
+        Kind("glb", alone.seeds(".glb"), containers.glb, validate, 0.85),
         Kind("others", alone.seeds(*PICTURES, ".npz"), change_any, validate, share=0.4),
         Kind("avatar", among.seeds(*PICTURES, ".npz", ".json"), change_any, avatar, share=0.1),
     ]

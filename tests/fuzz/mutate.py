@@ -257,3 +257,28 @@ def csv_cell(rng, data, others):
             return b"\n".join(lines).replace(rng.choice((b"\n", b",")), joined, rng.choice((1, -1)))
         lines[row] = b",".join(cells)
     return b"\n".join(lines)
+
+
+# --- words ---
+
+WORDS = (
+    "0", "-1", "1", "2", "3", "289", "290", "3000000000", "99999999999999999999", "1e308", "nan", "-inf",
+    "x", "f", "v", "vt", "o", "usemtl", "list", "int", "uchar", "double", "ascii", "end_header", "vertex",
+    "1/1/1", "1//1", "1/", "-5", "1 2 3 4 5 6 7", "\\", "#", "", "é",
+)  # fmt: skip
+
+
+def word(rng, data):
+    """A text with words or lines changed, as an OBJ and the header of a PLY are made of."""
+    lines = data.split(b"\n")
+    for _ in range(rng.choice((1, 1, 1, 2, 5))):
+        row, what = rng.randrange(len(lines)), rng.random()
+        if what < 0.1:
+            lines[row:row] = [rng.choice(lines)] * rng.choice((1, 1, 50))
+        elif what < 0.2 and len(lines) > 1:
+            del lines[row]
+        else:
+            words = lines[row].split() or [b""]
+            words[rng.randrange(len(words))] = rng.choice(WORDS).encode()
+            lines[row] = b" ".join(words)
+    return b"\n".join(lines)

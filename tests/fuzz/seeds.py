@@ -1,6 +1,8 @@
 """Small valid files of every kind that the project reads: what the fuzzer starts from."""
 
+import base64
 import gzip
+import json
 import struct
 
 import cv2
@@ -290,9 +292,50 @@ def photos(folder):
     cv2.imwrite(str(folder / "deep.png"), grey.astype(np.uint16) * 257)
 
 
+def meshes(folder):
+    """A sheet of 512 triangles, as many as a head needs, in every format; with uv and without."""
+    import trimesh
+    from trimesh.visual.texture import TextureVisuals
+
+    v, u = np.mgrid[0:1:17j, 0:1:17j].reshape(2, -1)
+    cell = np.arange(17 * 17).reshape(17, 17)
+    a, b, c, d = (cell[i : 16 + i, j : 16 + j].ravel() for i in (0, 1) for j in (0, 1))
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([b, d, c], 1)])
+    points = np.stack([u, v, u * v], 1).round(4)
+    bare = trimesh.Trimesh(points, faces, process=False)
+    whole = trimesh.Trimesh(
+        points, faces, process=False, visual=TextureVisuals(uv=np.stack([u, v], 1).round(4))
+    )
+    whole.export(folder / "whole.obj")
+    bare.export(folder / "bare.glb")
+    whole.export(folder / "whole.glb")
+    bare.export(folder / "bare.ply")
+    (folder / "text.ply").write_bytes(trimesh.exchange.ply.export_ply(bare, encoding="ascii"))
+    quads = ["v " + " ".join(f"{x:g}" for x in point) for point in points]
+    quads += [f"f {p + 1} {q + 1} {s + 1} {r + 1}" for p, q, r, s in zip(a, b, c, d)]
+    (folder / "quads.obj").write_text("\n".join(quads))
+    binary = points.astype("<f4").tobytes() + faces.astype("<u4").tobytes()
+    place = {"componentType": 5126, "type": "VEC3", "count": len(points), "bufferView": 0}
+    corners = {"componentType": 5125, "type": "SCALAR", "count": faces.size, "bufferView": 1}
+    text = "data:application/octet-stream;base64," + base64.b64encode(binary).decode()
+    described = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": len(binary), "uri": text}],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": 12 * len(points)},
+            {"buffer": 0, "byteOffset": 12 * len(points), "byteLength": 12 * len(faces)},
+        ],
+        "accessors": [place, corners],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "nodes": [{"mesh": 0, "scale": [1, 1, 1]}],
+        "scenes": [{"nodes": [0]}],
+    }
+    (folder / "inside.gltf").write_text(json.dumps(described))
+
+
 def write(folder):
     """All of them, each kind in a folder of its name, and the bundle."""
-    for make in (npz, tables, exrs, takes, clips, photos):
+    for make in (npz, tables, exrs, takes, clips, photos, meshes):
         (folder / make.__name__).mkdir()
         make(folder / make.__name__)
     write_bundle(folder / "whole.avatar")

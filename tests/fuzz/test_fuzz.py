@@ -15,8 +15,8 @@ import pytest
 HERE = Path(__file__).resolve().parent
 COUNT = 10  # of each kind, .ci/run reads 2,000; kinds with a slow reader take a share of it
 KINDS = (
-    "textures masks head fit landmarks exr take sound clip photo manifest web glb others avatar scene "
-    "placing"
+    "textures masks head fit landmarks exr take sound clip photo mesh manifest web glb others "
+    "avatar scene placing"
 ).split()  # fmt: skip
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs /proc and fork")

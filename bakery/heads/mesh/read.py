@@ -1,6 +1,7 @@
 """A mesh from a file: OBJ, PLY, GLB or glTF, checked before anything is made of it."""
 
 import logging
+import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from bakery.errors import InputError
 from bakery.geometry.mesh import face_normals
+from bakery.heads.mesh.claims import check_claims, without_pictures
 
 log = logging.getLogger(__name__)
 KINDS = (".obj", ".ply", ".glb", ".gltf")
@@ -92,13 +94,24 @@ def _load(path):
             f"{path}: {path.stat().st_size / 2**20:.0f} MiB, at most "
             f"{LARGEST_FILE / 2**20:.0f} are read; decimate the mesh first"
         )
-    options = {"skip_materials": True} if path.suffix.lower() == ".obj" else {}
     try:
-        scene = trimesh.load_scene(str(path), process=False, **options)
-        meshes = [m for m in scene.dump() if isinstance(m, trimesh.Trimesh) and len(m.faces)]
-        vertices = [np.asarray(m.vertices, np.float64).reshape(-1, 3) for m in meshes]
-        faces = [np.asarray(m.faces, np.int64).reshape(-1, 3) for m in meshes]
-        uvs = [getattr(m.visual, "uv", None) for m in meshes]
+        check_claims(path, MOST_FACES, LARGEST_FILE)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of overflow: what comes out is looked at
+            if (kind := path.suffix.lower()) in (".glb", ".gltf"):
+                beside = trimesh.resolvers.FilePathResolver(str(path))
+                with without_pictures(path) as file:
+                    scene = trimesh.load_scene(
+                        file, file_type=kind[1:], resolver=beside, process=False
+                    )
+            else:
+                scene = trimesh.load_scene(str(path), process=False, skip_materials=True)
+            meshes = [m for m in scene.dump() if isinstance(m, trimesh.Trimesh) and len(m.faces)]
+            vertices = [np.asarray(m.vertices, np.float64).reshape(-1, 3) for m in meshes]
+            faces = [np.asarray(m.faces, np.int64).reshape(-1, 3) for m in meshes]
+            uvs = [getattr(m.visual, "uv", None) for m in meshes]
+    except InputError:
+        raise
     except Exception as error:  # trimesh lets through whatever its readers stumble over
         what = " ".join(str(error).split())[:120] or type(error).__name__
         raise InputError(f"{path}: not a readable mesh ({what}); export it again") from error

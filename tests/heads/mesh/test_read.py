@@ -131,7 +131,11 @@ def test_missing_and_too_large(tmp_path, monkeypatch):
         read_surface(tmp_path / "none.obj")
     path = sheet(tmp_path / "sheet.obj")
     monkeypatch.setattr(read, "MOST_FACES", 1000)
-    with pytest.raises(InputError, match="1,058 triangles, at most 1,000"):
+    with pytest.raises(InputError, match="1,058 faces, at most 1,000"):
+        read_surface(path)
+    path.write_text(path.read_text() + "\nf 1 2 26 25")
+    monkeypatch.setattr(read, "MOST_FACES", 1059)  # the last is two
+    with pytest.raises(InputError, match="1,060 triangles, at most 1,059"):
         read_surface(path)
     monkeypatch.setattr(read, "LARGEST_FILE", 1000)
     with pytest.raises(InputError, match="decimate the mesh first"):
