@@ -47,6 +47,10 @@ class Kept:
             self.write(name, arrays)
         return arrays
 
+    def drop(self, name: str) -> None:
+        """Keep a part no longer: another one holds what was made of it."""
+        self.work.drop(f"{name}.npz")
+
     def series(
         self, name: str, make: Callable[[Item], Arrays], items: Sequence[Item], size: int
     ) -> Generator[Arrays, None, None]:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import fields, replace
+from functools import partial
 
 import numpy as np
 
@@ -149,9 +150,11 @@ def paint(
 
     def whole() -> Arrays:
         seen = [PhotoView(photo, landmarks, fit, segmentation), *views]
-        return _to_arrays(unwrapped(seen, head, neutral, hair, options.texture))
+        return _to_arrays(unwrapped(seen, head, neutral, hair, options.texture, kept))
 
     arrays = kept.one("neutral", whole)
+    for number in range(1 + len(views)):
+        kept.drop(f"skin{number}")
     prepared = _from_arrays(arrays, head, neutral, fit)
 
     def volume() -> Arrays:
@@ -191,6 +194,7 @@ def unwrapped(
     neutral: np.ndarray,
     hair: Hair,
     options: TextureOptions,
+    kept: Kept | None = None,
 ) -> Prepared:
     """The neutral texture of one person.
 
@@ -198,16 +202,19 @@ def unwrapped(
         seen: photos of the person; the first leads.
         head: as the person has it; neutral: [V, 3] mm.
         hair: what makes the hair.
+        kept: where the completed skin of each photo is kept until all of the texture is.
     """
+    kept = kept or Kept()
 
-    def one(view: PhotoView) -> Prepared:
+    def one(number: int, view: PhotoView) -> Prepared:
         mattes = mattes_of(view.photo.encoded, view.segmentation, view.landmarks.points)
         return prepare(
             view.photo, view.landmarks, view.fit, neutral, head, mattes, options.resolution,
             hair.layer, rest_of(options), options.complete, options.glasses == "keep",
+            partial(kept.one, f"skin{number}"),
         )  # fmt: skip
 
-    first, *more = [one(view) for view in seen]
+    first, *more = [one(number, view) for number, view in enumerate(seen)]
     if not more:
         return first
     weights = [

@@ -75,6 +75,12 @@ class Work:
         about = {"key": key, "sha256": digest(data)}
         write_bytes(self.folder / f"{name}.key", json.dumps(about).encode(), sync=False)
 
+    def drop(self, name: str) -> None:
+        """Keep an entry no longer; there need not be any."""
+        if self.folder is not None:
+            for path in (self.folder / f"{name}.key", self.folder / name):
+                path.unlink(missing_ok=True)
+
 
 @contextlib.contextmanager
 def work_folder(target: Path, folder: Path | None = None) -> Iterator[Work]:

@@ -19,7 +19,7 @@ from bakery.stages.condition import condition
 from bakery.stages.face_frame import head_photo
 from bakery.stages.fit.rest import presence
 from bakery.stages.texture.calm import calmed
-from bakery.stages.texture.complete import INFERRED, PAINTED, complete
+from bakery.stages.texture.complete import INFERRED, PAINTED, CompleteAlbedo, complete
 from bakery.stages.texture.creases import dimmed, filled
 from bakery.stages.texture.eyes import eye_maps, paint_eyes, with_lit_eyes
 from bakery.stages.texture.glasses import frame_layer, laid_over
@@ -37,6 +37,7 @@ LIFTED = (0.2, 0.5)  # log of a change of light: the strip beside hair is shown 
 TINT = 60  # share of the atlas over which that strip has the tint of the skin below
 TINTED = 1.0  # log, by which its tint is changed at most
 DARK = 1e-3  # linear; below it no ratio is told
+Named = dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -97,6 +98,7 @@ def prepare(
     rest: RestBasis | None = None,
     method: str = "quick",
     glasses: bool = False,
+    keep: Callable[[Callable[[], Named]], Named] | None = None,
 ) -> Prepared:
     """Complete T_0, the eyes and the hair of one person.
 
@@ -111,13 +113,20 @@ def prepare(
         rest: takes the photo's expression out of the skin; None keeps it.
         method: how skin that the photo does not show is completed, of texture.METHODS.
         glasses: keep their frames, in the layer of the hair.
+        keep: takes a function that makes the completed skin as named arrays, and gives those back,
+            made or kept; None makes them.
 
     Returns:
         Prepared.
     """
     view = unwrap_skin(photo, landmarks, fit, neutral, head, mattes, resolution)
     atlas, on_skin, local = view.atlas, view.on_skin, view.fit
-    skin = complete(view.partial, head, view.vertices, on_skin, method)
+
+    def completed() -> Named:
+        made = complete(view.partial, head, view.vertices, on_skin, method)
+        return {field.name: getattr(made, field.name) for field in fields(CompleteAlbedo)}
+
+    skin = CompleteAlbedo(**(keep(completed) if keep else completed()))
     blank = np.zeros((8, 8, 3), np.float32)
     drawn = condition(head, neutral, blank, fit.expression, fit.gaze, local.camera)
     eyes = eye_maps(
