@@ -228,7 +228,8 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     # A side that is hardly seen looks as the other one does, in its own tone.
     other, there = color[:, ::-1] * smooth / smooth[:, ::-1], (look * sure)[:, ::-1]
     made += cv2.GaussianBlur(there, (0, 0), 2)[..., None] * (other - made)
-    streaky = here * soften(smoothstep(*STRANDS, cosine), inside)
+    # Not bits that no hair grows around: as the photo has them, they look like the skin beside them.
+    streaky = here * smoothstep(0.1, 0.4, grown) * soften(smoothstep(*STRANDS, cosine), inside)
     color = color + streaky[..., None] * (made - color)
     # What hangs before temples and cheeks does not end with the view: it fades out beyond it, but not
     # over skin that is seen.
