@@ -1,7 +1,8 @@
 """Results of a long step, kept part by part, so that an interrupted bake loses seconds."""
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from typing import TypeVar
+from dataclasses import fields
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -9,8 +10,12 @@ from bakery.formats import npz, record
 from bakery.formats.work import Work, key_of
 from bakery.parallel import side_by_side
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
 Arrays = dict[str, np.ndarray]
 Item = TypeVar("Item")
+Record = TypeVar("Record", bound="DataclassInstance")
 
 
 class Kept:
@@ -46,6 +51,15 @@ class Kept:
             arrays = make()
             self.write(name, arrays)
         return arrays
+
+    def record(self, name: str, kind: type[Record], make: Callable[[], Record]) -> Record:
+        """A part that is a dataclass of arrays, made unless it is kept."""
+
+        def arrays() -> Arrays:
+            made = make()
+            return {field.name: getattr(made, field.name) for field in fields(made)}
+
+        return kind(**self.one(name, arrays))
 
     def drop(self, name: str) -> None:
         """Keep a part no longer: another one holds what was made of it."""

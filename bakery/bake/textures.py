@@ -26,6 +26,7 @@ from bakery.stages.generate import generate
 from bakery.stages.segment import Segmentation
 from bakery.stages.texture import TextureOptions, gaze, keys, mouth
 from bakery.stages.texture.albedo import albedo_of
+from bakery.stages.texture.complete import CompleteAlbedo
 from bakery.stages.texture.hair import mattes_of
 from bakery.stages.texture.hairline import beside_mesh
 from bakery.stages.texture.neutral import Prepared, prepare
@@ -211,7 +212,7 @@ def unwrapped(
         return prepare(
             view.photo, view.landmarks, view.fit, neutral, head, mattes, options.resolution,
             hair.layer, rest_of(options), options.complete, options.glasses == "keep",
-            partial(kept.one, f"skin{number}"),
+            partial(kept.record, f"skin{number}", CompleteAlbedo),
         )  # fmt: skip
 
     first, *more = [one(number, view) for number, view in enumerate(seen)]

@@ -4,6 +4,8 @@ Means over all points hide a mouth that never closes. Lengths are over the outer
 of the true points.
 """
 
+from itertools import compress
+
 import cv2
 import numpy as np
 
@@ -87,11 +89,9 @@ def summary(rows: list[dict]) -> dict:
     """
     rows = [row for row in rows if row["error"] is not None]
     opened = [abs(row["opening"] - row["true_opening"]) for row in rows]
-    smiling = [off for off, row in zip(opened, rows) if row["true_opening"] > WIDE]
+    wide = [row["true_opening"] > WIDE for row in rows]
     closed = [row["opening"] for row in rows if row["true_opening"] < SHUT]
-    widths = [
-        abs(row["width"] / row["true_width"] - 1) for row in rows if row["true_opening"] > WIDE
-    ]
+    widths = [abs(row["width"] / row["true_width"] - 1) for row in compress(rows, wide)]
     tones = {}
     for name, _ in TONES:
         of_group = [row["error"] for row in rows if row["tone"] == name]
@@ -101,7 +101,7 @@ def summary(rows: list[dict]) -> dict:
     worst = max((group["error"] for group in tones.values()), default=None)
     return {
         "opening_error": _mean(opened),
-        "smiles_opening_error": _mean(smiling),
+        "smiles_opening_error": _mean(list(compress(opened, wide))),
         "closed": len(closed),
         "closed_seen": _mean(closed),
         "closed_off": _mean([abs(opening) for opening in closed]),

@@ -28,10 +28,8 @@ FADES = 8.0  # mm over which the photo fades out where it ends to show hair
 # Of what is around that it shows: none of it is taken up to the first, all from the second on.
 FADED = 0.35, 0.85
 OWN = 4.0  # times its own weight that the colour of a side counts, before the other one's
-DIFFERS = (
-    0.5,
-    0.06,
-)  # log brightness, and tint, by which made-up hair differs from the middle of the seen
+# Log brightness, and tint, by which made-up hair differs from the middle of the seen.
+DIFFERS = 0.5, 0.06
 BESIDE = 0.6  # cosine of the azimuth from which hair is beside the head
 THINS = 0.0, 12.0  # mm within a hairline beside the face over which strands get more
 STREAKS = 1.0  # of the photo's contrast that made-up strands have
@@ -69,7 +67,9 @@ class Painter:
         self.carving = self._carving()
         self.full = self._full()
         self.aside = np.broadcast_to(aside_of(shell, portrait), (ROWS, COLUMNS))
-        self.shows = np.ones((ROWS, COLUMNS))
+        self.shows = np.ones(
+            (ROWS, COLUMNS)
+        )  # nothing fades out yet: the next line asks what is shown
         self.shows = self._shows()
 
     def _nearest(self):

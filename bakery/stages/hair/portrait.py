@@ -12,7 +12,7 @@ from bakery.geometry.raster import rasterize
 from bakery.heads.base import HeadModel
 from bakery.landmarks import EYES
 from bakery.stages.segment import BACKGROUND, EARS, HAIR, HAT, HIDDEN, SKIN, Segmentation
-from bakery.stages.segment.scalp import beside, touching
+from bakery.stages.segment.scalp import beside, disk, touching
 from bakery.types import Camera, Fit
 
 FINE = 1.6  # pixels a millimetre at most
@@ -203,9 +203,7 @@ def without_glare(
     across = np.ones((1, 2 * int(BESIDE_SKIN * scale) + 1), np.uint8)
     white &= cv2.dilate(skin.astype(np.uint8), across) > 0
     white = touching(white, skin)  # the rest are highlights of light hair
-    size = 2 * max(int(HALF_LIT * scale), 1) + 1
-    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    around = cv2.dilate(white.astype(np.uint8), disk) > 0
+    around = cv2.dilate(white.astype(np.uint8), disk(max(HALF_LIT * scale, 1))) > 0
     return solid & ~around
 
 
@@ -255,10 +253,7 @@ def _jewels(linear, level, scale):
         level: row of the eyes; above it such spots are highlights.
     """
     light = np.log(np.maximum(linear @ LUMA.astype(np.float32), 2e-3))
-    wide, rim = (
-        cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * max(int(mm * scale), 1) + 1,) * 2)
-        for mm in (JEWEL, JEWEL_RIM)
-    )
+    wide, rim = (disk(max(mm * scale, 1)) for mm in (JEWEL, JEWEL_RIM))
     spots = light - cv2.morphologyEx(light, cv2.MORPH_OPEN, wide) > GLITTERS
     spots &= np.arange(len(light))[:, None] > level
     return cv2.dilate(spots.astype(np.uint8), rim) > 0

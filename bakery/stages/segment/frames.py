@@ -5,7 +5,7 @@ import numpy as np
 
 from bakery.geometry.fill import diffuse
 from bakery.landmarks import BROW_LEFT, BROW_RIGHT, EYES
-from bakery.stages.segment.scalp import length, opened
+from bakery.stages.segment.scalp import disk, length, opened
 
 THICK = 18.0  # CIELAB distance from the skin around, of frames and of what lenses mirror
 THIN = 7.0  # CIELAB, by which a line differs from both of its sides
@@ -67,9 +67,8 @@ def frames(
     found &= ~spared
     _, number = cv2.connectedComponents((found | (faint & ~spared)).astype(np.uint8))
     large = np.bincount(number[found], minlength=number.max() + 1) > SPECK * scale**2
-    size = 2 * int(np.ceil(EDGE * scale)) + 1
-    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    out: np.ndarray = worn & (cv2.dilate(large[number].astype(np.uint8), disk) > 0)
+    wide = disk(np.ceil(EDGE * scale))
+    out: np.ndarray = worn & (cv2.dilate(large[number].astype(np.uint8), wide) > 0)
     return out
 
 
@@ -89,19 +88,18 @@ def _beyond_grain(lab, core, scale):
 
 def _lines(lab, width):
     """By how much lines narrower than `width` pixels differ from both of their sides, [H, W]."""
-    size = 2 * int(width / 2) + 1
-    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    wide = disk(width / 2)
     out = np.zeros(lab.shape[:2], np.float32)
     for channel in cv2.split(lab):
         for how in (cv2.MORPH_BLACKHAT, cv2.MORPH_TOPHAT):
-            out = np.maximum(out, cv2.morphologyEx(channel, how, disk))
+            out = np.maximum(out, cv2.morphologyEx(channel, how, wide))
     return out
 
 
 def _rims(lens, found, scale):
     """The outlines [H, W] bool of lenses that have a rim: so much of them was found to be one."""
     out = np.zeros_like(lens)
-    wide = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * int(np.ceil(RIM * scale)) + 1,) * 2)
+    wide = disk(np.ceil(RIM * scale))
     near = cv2.dilate(found.astype(np.uint8), wide) > 0
     whole = cv2.morphologyEx(lens.astype(np.uint8), cv2.MORPH_CLOSE, wide)
     count, number, stats, _ = cv2.connectedComponentsWithStats(whole)

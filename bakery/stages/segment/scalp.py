@@ -120,7 +120,7 @@ def ear_tops(picture: np.ndarray, hair: np.ndarray, ears: np.ndarray, scale: flo
         if stats[ear, cv2.CC_STAT_AREA] < SPECK * scale**2:
             continue
         own = number == ear
-        near = hair & (cv2.dilate(own.astype(np.uint8), _disk(EAR_TOP * scale)) > 0)
+        near = hair & (cv2.dilate(own.astype(np.uint8), disk(EAR_TOP * scale)) > 0)
         strands = hair & ~near
         if not near.any() or not strands.any():
             continue
@@ -161,11 +161,12 @@ def _in_large_patches(found, hair, skin, scale):
 
 def opened(mask: np.ndarray, radius: float) -> np.ndarray:
     """A mask [H, W] without what is narrower than a disc of that radius, pixels: bool."""
-    wide: np.ndarray = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, _disk(radius)) > 0
+    wide: np.ndarray = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disk(radius)) > 0
     return wide
 
 
-def _disk(radius):
+def disk(radius: float) -> np.ndarray:
+    """The kernel of a disc of that radius, pixels: [n, n] uint8, a pixel at least."""
     size = 2 * int(radius) + 1
     return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
 

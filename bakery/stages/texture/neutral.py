@@ -37,7 +37,6 @@ LIFTED = (0.2, 0.5)  # log of a change of light: the strip beside hair is shown 
 TINT = 60  # share of the atlas over which that strip has the tint of the skin below
 TINTED = 1.0  # log, by which its tint is changed at most
 DARK = 1e-3  # linear; below it no ratio is told
-Named = dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -98,7 +97,7 @@ def prepare(
     rest: RestBasis | None = None,
     method: str = "quick",
     glasses: bool = False,
-    keep: Callable[[Callable[[], Named]], Named] | None = None,
+    keep: Callable[[Callable[[], CompleteAlbedo]], CompleteAlbedo] | None = None,
 ) -> Prepared:
     """Complete T_0, the eyes and the hair of one person.
 
@@ -113,8 +112,8 @@ def prepare(
         rest: takes the photo's expression out of the skin; None keeps it.
         method: how skin that the photo does not show is completed, of texture.METHODS.
         glasses: keep their frames, in the layer of the hair.
-        keep: takes a function that makes the completed skin as named arrays, and gives those back,
-            made or kept; None makes them.
+        keep: takes a function that makes the completed skin, and gives that back, made or kept; None
+            keeps nothing.
 
     Returns:
         Prepared.
@@ -122,11 +121,10 @@ def prepare(
     view = unwrap_skin(photo, landmarks, fit, neutral, head, mattes, resolution)
     atlas, on_skin, local = view.atlas, view.on_skin, view.fit
 
-    def completed() -> Named:
-        made = complete(view.partial, head, view.vertices, on_skin, method)
-        return {field.name: getattr(made, field.name) for field in fields(CompleteAlbedo)}
+    def completed() -> CompleteAlbedo:
+        return complete(view.partial, head, view.vertices, on_skin, method)
 
-    skin = CompleteAlbedo(**(keep(completed) if keep else completed()))
+    skin = keep(completed) if keep else completed()
     blank = np.zeros((8, 8, 3), np.float32)
     drawn = condition(head, neutral, blank, fit.expression, fit.gaze, local.camera)
     eyes = eye_maps(
