@@ -189,21 +189,22 @@ def test_short_hair_lies_on_the_neck_and_gets_shorter(head):
 
 
 def test_tips_of_short_wisps_end_together():
-    """A comb of 14 mm teeth hung from short hair; long hair keeps its wispy ends."""
+    """A comb of 14 mm teeth hung from short hair; long hair keeps its wispy ends, and so does its hem."""
     t = np.linspace(0, 1, 481)
     ends = []
-    for length in (48.0, 130.0):
+    for length, hem in ((48.0, False), (130.0, False), (40.0, True)):
         tips = []
         for ragged in (0.0, 1.0):
             many = [np.full(t.shape, x) for x in (0.5, 10.0, ragged)]
             alpha = strand_alpha(
                 np.zeros(t.shape, int), many[0], many[1], t, many[2], np.ones(t.shape),
-                np.full(t.shape, length),
+                np.full(t.shape, length), np.full(t.shape, hem),
             )  # fmt: skip
             tips.append(t[np.flatnonzero(alpha > 0.25)[-1]] * length)
         ends.append(tips[0] - tips[1])
     assert ends[0] < 8
     assert ends[1] > 20
+    assert 8 < ends[2] < 20
 
 
 def test_a_side_that_is_seen_somewhat_worse_tells_nothing_but_what_it_sees_well_itself():

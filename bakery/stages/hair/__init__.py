@@ -13,7 +13,7 @@ from bakery.stages.hair.directions import flow, photographed
 from bakery.stages.hair.painter import Painter
 from bakery.stages.hair.portrait import NOTHING, Portrait, at, look
 from bakery.stages.hair.shell import make_shell
-from bakery.stages.hair.strands import KNOTS, Wisps, grow
+from bakery.stages.hair.strands import KNOTS, grow
 from bakery.stages.segment import Segmentation
 from bakery.types import HAIR_KINDS, HAIR_TRIANGLES, Fit, HairMesh
 
@@ -88,11 +88,11 @@ def _assembled(painter, wisps, chin, size):
         (limit - len(cap.faces)) // per_card
         for limit, cap in zip(HAIR_TRIANGLES, (fine, coarse, coarse))
     ]
+    # A hem ends hair that has a cap; without one it would float.
+    wisps = wisps.chosen(~wisps.hem | (shell.chart.take(inner, wisps.cells[:, 0]) > 0))
     order = np.argsort(wisps.layer, kind="stable")
     rank = np.arange(len(wisps.layer))[order]  # the first that were chosen matter most
-    wisps = Wisps(
-        *(getattr(wisps, name)[order] for name in ("points", "cells", "width", "length", "layer"))
-    )
+    wisps = wisps.chosen(order)
     wider = 1 + FULLER * (painter.curls.share if painter.curls else 0.0)
     edges, cells = meshes.ribbons(shell, wisps, wider)
     wide, _ = meshes.ribbons(shell, wisps, WIDER * wider)
@@ -120,7 +120,7 @@ def _assembled(painter, wisps, chin, size):
     solid = np.where(fringe, 1.0, np.clip(2 * off_scalp - 0.6, 0, 1))
     atlases.paint_cap(painter, surface, size, rows, texture, direction, source)
     atlases.paint_cards(
-        painter, layout, edges, cells, solid, wisps.length, texture, direction, along, source
+        painter, layout, edges, cells, solid, wisps, texture, direction, along, source
     )
     tall = int(atlases.CAP_PART * size)
     s, t = np.array([0.0, 1.0]), np.linspace(0, 1, KNOTS)

@@ -60,7 +60,7 @@ def _shelves(width, length, side, height):
     return left, top, wide, tall
 
 
-def paint_cards(painter, layout, edges, cells, solid, length, texture, direction, along, source):
+def paint_cards(painter, layout, edges, cells, solid, wisps, texture, direction, along, source):
     """Paint all cards into the atlas.
 
     Args:
@@ -69,7 +69,8 @@ def paint_cards(painter, layout, edges, cells, solid, length, texture, direction
     """
     count = layout.width * layout.height
     card = np.repeat(np.arange(len(count)), count)
-    number = np.arange(len(card)) - np.repeat(np.cumsum(count) - count, count)
+    first = np.cumsum(count) - count
+    number = np.arange(len(card)) - np.repeat(first, count)
     y, x = np.divmod(number, layout.width[card])
     s, t = (x + 0.5) / layout.width[card], (y + 0.5) / layout.height[card]
     knot = t * (KNOTS - 1)
@@ -82,13 +83,19 @@ def paint_cards(painter, layout, edges, cells, solid, length, texture, direction
 
     points = between(edges)
     place, _ = painter.shell.chart.cell(points)
-    across = s * (layout.width[card] / layout.height[card] * length[card]) / STRAND
+    across = s * (layout.width[card] / layout.height[card] * wisps.length[card]) / STRAND
     streak, ragged = streaks(card, across, t)
     curl = painter.curled(points, place)
     color, shown, left = painter.color(points, place, streak, curl)
-    alpha = strand_alpha(card, s, across, t, ragged, solid[card], length[card])
+    alpha = strand_alpha(
+        card, s, across, t, ragged, solid[card], wisps.length[card], wisps.hem[card]
+    )
     if curl is not None:
         alpha += painter.curls.share * (curl_alpha(s, t, curl) - alpha)
+    for n in np.flatnonzero(wisps.hem):  # what the photo cuts off a lock takes its tip too
+        own = slice(first[n], first[n] + count[n])
+        lock = left[own].reshape(layout.height[n], layout.width[n])
+        left[own] = np.minimum.accumulate(lock, 0).reshape(-1)
     alpha *= left
     there = painter.shell.chart.take(painter.shell.there, place)
     alpha *= smoothstep(0.3, 0.7, there + 0.25 * (ragged - 0.5))

@@ -11,7 +11,7 @@ from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
 from bakery.stages.hair.presence import sides_of
-from bakery.stages.hair.shell import Shell, hanging, told
+from bakery.stages.hair.shell import Shell, hanging, in_the_air, told
 from bakery.stages.hair.strands import KNOTS, Wisps
 
 CAP = (0.75, 0.92)  # share of the way from what hair lies on to where it ends, at least and at most
@@ -35,7 +35,6 @@ BESIDE = 8.0  # mm that the cap ends before a hairline beside the face: single h
 RISE = 14.0  # mm over which it rises from its border
 ENDS = 3  # rows above the end of hanging hair at which its core ends
 FINE, COARSE = (2, 2), (4, 4)  # rows and columns of the chart between the cap's vertices
-FREE = 22  # rows below the equator from which all hair hangs
 HANGS = 16  # rows below the equator from which the cap has an inner side
 
 
@@ -88,8 +87,7 @@ def cap_surface(shell: Shell, portrait: Portrait) -> tuple[np.ndarray, np.ndarra
     """
     cells = charts.grid()
     share = cap_share(shell, portrait)
-    off = np.maximum(shell.radius, shell.base) - shell.chart.skull
-    hung = ((off > 12) & (cells[..., 1] > DOME + 4)) | (cells[..., 1] > DOME + FREE)
+    hung = in_the_air(shell)
     below = np.roll(shell.there, -ENDS, 0)
     below[-ENDS:] = 0
     there = np.where(hung, np.minimum(shell.there, below), shell.there) > 0.5

@@ -5,6 +5,8 @@ import numpy as np
 from bakery.geometry.fill import smoothstep
 
 RAGGED, LONG = 0.3, 130.0  # of wisps so long, mm, so much has strands of different length
+HEM = 0.2  # the same of a hem's, whatever their length
+ROOTS = 0.2  # of its length over which a card of a hem fades in
 POINTED = 0.4  # of its width that a wisp gets narrower to its tip
 CARVED = 0.25  # of half a card's width that curls cut off its border, in the mean
 
@@ -55,6 +57,7 @@ def strand_alpha(
     ragged: np.ndarray,
     solid: np.ndarray,
     length: np.ndarray,
+    hem: np.ndarray,
 ) -> np.ndarray:
     """Alpha [n] of straight hair on cards: strands with gaps between them, which end one by one.
 
@@ -63,10 +66,12 @@ def strand_alpha(
         s: [n] 0..1 across a card.
         solid: [n] 0..1: with no gaps at 1.
         length: [n] mm of the card.
+        hem: [n] bool: cards of a hem, which fade in over other hair and have strands of different length.
     """
-    tip = 1 - RAGGED * np.minimum(length / LONG, 1) * ragged
+    tip = 1 - np.where(hem, HEM, RAGGED * np.minimum(length / LONG, 1)) * ragged
     ends = smoothstep(0.0, 0.12, tip - t)
-    begins = smoothstep(0.0, 0.05, t - 0.12 * _smooth_hash(card, across * 1.3, 6))
+    rooted = 0.12 * _smooth_hash(card, across * 1.3, 6)
+    begins = smoothstep(0.0, np.where(hem, ROOTS, 0.05), t - rooted)
     edge = np.abs(2 * s - 1)
     inner = (
         1

@@ -37,6 +37,8 @@ BACK = (0.4, 0.7)  # of the way behind the ears, from where on hair lies on all 
 EAR_SEEN = 90.0  # mm2 of an ear in the photo, from which hair hangs behind it
 LOBES = slice(DOME + 10, DOME + 14)  # rows of the chart beside them
 OFF = 18.0  # mm off the skin from which hair hangs
+AIR = 12.0  # mm off the skin from which its tips are in the air
+FREE = 22  # rows below the equator from which all of them are
 PLAIN = 5.0  # mm that hair stands off an unseen skull at least
 NAPE, SHORTER = (-5.0, 70.0), 0.8  # mm below the equator over which short hair gets so much shorter
 AHEAD = 4.0  # mm that hair beside the face stands before the skin where it begins
@@ -82,6 +84,14 @@ def hanging(shell: Shell) -> np.ndarray:
     """How surely hair stands off skin that it does not grow on: [ROWS, COLUMNS] 0..1."""
     thick = (shell.radius - shell.chart.skull) * (shell.growth < 0.3)
     found: np.ndarray = smoothstep(8, 14, thick)
+    return found
+
+
+def in_the_air(shell: Shell) -> np.ndarray:
+    """Where hair that ends has its tips in the air, not on the skin: [ROWS, COLUMNS] bool."""
+    down = charts.grid()[..., 1] - DOME
+    off = np.maximum(shell.radius, shell.base) - shell.chart.skull
+    found: np.ndarray = ((off > AIR) & (down > 4)) | (down > FREE)
     return found
 
 

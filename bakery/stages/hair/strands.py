@@ -1,17 +1,21 @@
 """Wisps of hair on the shell: lines that follow its flow, spread evenly."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, ROWS
-from bakery.stages.hair.shell import Shell
+from bakery.stages.hair.shell import Shell, in_the_air
 
 PACE = 3.0  # mm a step along a wisp
 KNOTS = 8  # points of a wisp that are kept
 TRIES = 3000  # places at which wisps are begun, of which few are taken
 SHORTEST = 10.0  # mm
+HEM = 8.0  # mm between wisps along the line on which hanging hair ends
+HEM_WIDER = 1.6  # times the width of others that they have: they close the line
+HEM_LAYERS = 0.55, 0.8  # how far out they lie, in turn
+HEM_LENGTH = 36.0, 52.0  # mm that those are long
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +27,11 @@ class Wisps:
     width: np.ndarray  # [n] mm
     length: np.ndarray  # [n] mm
     layer: np.ndarray  # [n] 0..1: how far out of the way from skull to shell
+    hem: np.ndarray  # [n] bool: at the line on which hanging hair ends
+
+    def chosen(self, index: np.ndarray) -> "Wisps":
+        """Those of an index or a mask."""
+        return Wisps(*(getattr(self, entry.name)[index] for entry in fields(self)))
 
 
 def grow(
@@ -40,10 +49,15 @@ def grow(
     starts = _starts(shell, rng)
     if not len(starts):
         none = np.zeros((0, KNOTS, 3), np.float32)
-        return Wisps(none, none[..., :2], *(np.zeros(0, np.float32),) * 3)
+        return Wisps(none, none[..., :2], *(np.zeros(0, np.float32),) * 3, np.zeros(0, bool))
     steps = int(longest / PACE)
     reach = rng.uniform(0.65, 1.0, len(starts)) * longest
-    up = _trace(shell, flow, starts, -1, steps, reach * rng.uniform(0.25, 0.6, len(starts)))
+    above = reach * rng.uniform(0.25, 0.6, len(starts))
+    tips = _hem(shell)
+    starts = np.concatenate([tips, starts])
+    reach = np.concatenate([rng.uniform(*HEM_LENGTH, len(tips)), reach])
+    above = np.concatenate([reach[: len(tips)], above])
+    up = _trace(shell, flow, starts, -1, steps, above)
     down = _trace(shell, flow, starts, 1, steps, reach - up[1])
     lines = np.concatenate([up[0][:, :0:-1], down[0]], 1)
     first, last = steps - up[2], steps + down[2]
@@ -53,13 +67,15 @@ def grow(
     row = np.arange(len(lines))[:, None]
     points = lines[row, index] * (1 - part) + lines[row, np.minimum(index + 1, 2 * steps)] * part
     length = (last - first) * PACE
-    chosen, layer = _spread(shell, points, length, width, count)
+    chosen, layer = _spread(shell, points, length, width, count, len(tips))
     points = points[chosen]
     cells, _ = shell.chart.cell(points)
     wide = width * rng.uniform(0.8, 1.25, len(chosen))
+    hem = chosen < len(tips)
+    wide[hem] *= HEM_WIDER
     return Wisps(
         points.astype(np.float32), cells.astype(np.float32), wide.astype(np.float32),
-        length[chosen].astype(np.float32), layer.astype(np.float32),
+        length[chosen].astype(np.float32), layer.astype(np.float32), hem,
     )  # fmt: skip
 
 
@@ -72,6 +88,27 @@ def _starts(shell, rng):
     row, column = np.divmod(pick, COLUMNS)
     cells = np.stack([column + rng.random(TRIES), row + rng.random(TRIES)], -1)
     return shell.surface(cells, 1.0)
+
+
+def _hem(shell):
+    """Places [n, 3] along the line on which hanging hair ends, close enough to leave no gap between."""
+    hung = shell.there * in_the_air(shell)
+    mm = 2 * np.pi * shell.radius / COLUMNS
+    found, since = [], HEM
+    for column in range(COLUMNS):
+        rows = np.flatnonzero(hung[:, column] > 0.5)
+        if not len(rows):
+            since = HEM
+            continue
+        last = rows[-1]
+        place = HEM - since
+        while place < mm[last, column]:
+            found.append([column + place / mm[last, column], last + 0.9])
+            place += HEM
+        since = mm[last, column] - (place - HEM)
+    if not found:
+        return np.zeros((0, 3))
+    return shell.surface(np.array(found), 1.0)
 
 
 def _trace(shell, flow, starts, sign, steps, reach):
@@ -92,8 +129,11 @@ def _trace(shell, flow, starts, sign, steps, reach):
     return np.stack(out, 1), taken * PACE, taken
 
 
-def _spread(shell, points, length, width, count):
-    """Which wisps to take so that all is covered evenly: indices, and the layer of each."""
+def _spread(shell, points, length, width, count, first):
+    """Which wisps to take so that all is covered evenly: indices, and the layer of each.
+
+    The `first` are taken anyhow.
+    """
     fine = np.linspace(0, 1, 24) * (KNOTS - 1)
     index = np.minimum(fine.astype(int), KNOTS - 2)
     part = (fine - index)[None, :, None]
@@ -106,13 +146,14 @@ def _spread(shell, points, length, width, count):
     cover = np.zeros((ROWS, COLUMNS))
     chosen, layer = [], []
     for depth in range(3):
-        for n in np.argsort(-length, kind="stable") if depth == 0 else range(len(points)):
-            if length[n] < SHORTEST or len(chosen) >= count:
+        longest = first + np.argsort(-length[first:], kind="stable")
+        for n in np.r_[:first, longest] if depth == 0 else range(first, len(points)):
+            if length[n] < SHORTEST or len(chosen) >= count + first:
                 continue
-            if cover[row[n], column[n]].mean() > depth + 0.45:
+            if n >= first and cover[row[n], column[n]].mean() > depth + 0.45:
                 continue
             chosen.append(n)
-            layer.append((0.55, 0.8, 1.0)[depth])
+            layer.append(HEM_LAYERS[n % 2] if n < first else (0.55, 0.8, 1.0)[depth])
             for r, c in zip(row[n], column[n]):
                 reach = int(np.clip(width / 2 / mm[r, c], 0, COLUMNS // 2 - 1))
                 span = np.arange(c - reach, c + reach + 1) % COLUMNS
