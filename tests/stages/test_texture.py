@@ -51,26 +51,28 @@ def test_skin_shown_with_the_hair_is_lit_as_the_skin_beside_it(head):
         visibility=SimpleNamespace(pixels=pixels, visible=np.ones(len(pixels))),
         mattes=SimpleNamespace(strip=half, hair=1 - half),
     )
-    over, lift = np.full((64, 64, 4), 0.2, np.float32), np.zeros((64, 64), np.float32)
-    lift[::8, ::8] = np.log(1.2)  # known here and there, continued between
-    texture = np.full((64, 64, 3), 0.3, np.float32)  # as grey as the layer: the tint stays
-    out = _lit_strip(over, lift, texture, view)
-    rows = out.reshape(-1, 4)[atlas.index]
-    np.testing.assert_allclose(rows[0::2, :3], 0.24, rtol=0.01)
-    np.testing.assert_allclose(rows[1::2, :3], 0.2, rtol=0.01)
-    np.testing.assert_allclose(out[..., 3], over[..., 3], rtol=1e-6)
+    over = np.full((64, 64, 4), 0.2, np.float32)  # white, of which a fifth covers
+
+    def made(below):
+        out = _lit_strip(over, np.full((64, 64, 3), below, np.float32), view)
+        return out.reshape(-1, 4)[atlas.index]
+
+    # A little lighter than the skin below, or darker, is how the photo has it; what is more is the lamp's.
+    np.testing.assert_allclose(made(np.exp(0.2)), 0.2, rtol=0.01)
+    for log, left in ((0.4, 0.15), (-0.4, -0.15)):
+        rows = made(np.exp(log))
+        np.testing.assert_allclose(rows[0::2, :3], 0.2 * np.exp(left), rtol=0.01)
+        np.testing.assert_allclose(rows[0::2, 3], 0.2, rtol=0.01)
+        np.testing.assert_allclose(rows[1::2], 0.2, rtol=0.01)
     # Of a deep shadow the strip is not shown, for it would be red; the strands are.
-    rows = _lit_strip(over, lift / np.log(1.2) * np.log(2), texture, view).reshape(-1, 4)[
-        atlas.index
-    ]
+    rows = made(np.exp(1.0))
     np.testing.assert_allclose(rows[0::2], 0, atol=1e-6)
     np.testing.assert_allclose(rows[1::2], 0.2, rtol=0.01)
     # Its tint is that of the skin below, its lightness its own.
-    texture *= np.array([1.5, 1.0, 0.8], np.float32)
-    rows = _lit_strip(over, 0 * lift, texture, view).reshape(-1, 4)[atlas.index]
+    rows = made(np.array([1.5, 1.0, 0.8]))
     np.testing.assert_allclose(rows[0::2, 0] / rows[0::2, 1], 1.5, rtol=0.02)
     np.testing.assert_allclose(np.exp(np.log(rows[0::2, :3]) @ LUMA), 0.2, rtol=0.02)
     np.testing.assert_allclose(rows[1::2], 0.2, rtol=0.01)
     # What lies behind the strip, on the back of the head, is none of it.
     view.visibility.visible[:] = 0
-    np.testing.assert_array_equal(_lit_strip(over, lift, texture, view), over)
+    np.testing.assert_array_equal(made(0.4), over.reshape(-1, 4)[atlas.index])

@@ -61,6 +61,8 @@ class Painter:
         self.nearest = self._nearest()
         self.normals = charts.smooth(frame(shell)[:, :, 2], 5.0)
         self.look = self._look()
+        # What is seen has its light in its tone.
+        self.unseen = 1 - np.clip(charts.smooth(self.look[1].astype(float), EVEN[0]), 0, 1)
         self.even = self._even()
         self.tone = self._tone()
         self.energy = self._energy()
@@ -187,12 +189,13 @@ class Painter:
         air, on_skin = shell.chart.take(self.carving, cells).T
         picture, shown = self._shown(points, cells, skin)
         tone = shell.chart.take(self.tone, cells)
-        light = self._light(cells)
+        unseen = shell.chart.take(self.unseen, cells)
+        light = unseen * self._light(cells)
         detail = STREAKS * self.energy * streak
         if curl is not None:
             detail = detail + self.curls.share * (curl - detail)
         level = light + (1 + light) * detail
-        made = np.exp(tone + np.log(SHADE) + level[:, None])
+        made = np.exp(tone + (np.log(SHADE) * unseen + level)[:, None])
         # A side that is hardly seen looks as the other one does, in its own tone.
         there = charts.mirrored(cells)
         other, known = self._shown(shell.chart.mirrored(points), there)
