@@ -70,6 +70,25 @@ def test_torch_stays_where_it_belongs():
                 assert not any(name.split(".")[0] == "torch" for name in names), path
 
 
+BAKES = ("stages", "hair", "runtime", "export", "exporters", "bake", "show", "motion", "perform")
+
+
+def test_a_bake_needs_nothing_of_what_builds_heads():
+    """Heads are built by us, or brought by users: `heads/build` and `heads/mesh` are tools of their own."""
+    for path in FILES:
+        if path.relative_to(PACKAGE).parts[0] not in BAKES:
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom):
+                names = [f"{node.module}.{alias.name}" for alias in node.names]
+            elif isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            else:
+                continue
+            for name in names:
+                assert not re.match(r"bakery\.heads\.(build|mesh)\b", name), f"{path}: {name}"
+
+
 HELP_MAY_LOAD = {  # what `bakery --help` imports beyond click
     "bakery", "bakery.errors",
     *(f"bakery.cli{name}" for name in ("", ".entries", ".group", ".main")),
