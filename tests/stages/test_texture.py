@@ -51,28 +51,35 @@ def test_skin_shown_with_the_hair_is_lit_as_the_skin_beside_it(head):
         visibility=SimpleNamespace(pixels=pixels, visible=np.ones(len(pixels))),
         mattes=SimpleNamespace(strip=half, hair=1 - half),
     )
-    over = np.full((64, 64, 4), 0.2, np.float32)  # white, of which a fifth covers
-
-    def made(below):
-        out = _lit_strip(over, np.full((64, 64, 3), below, np.float32), view)
-        return out.reshape(-1, 4)[atlas.index]
-
-    # A little lighter than the skin below, or darker, is how the photo has it; what is more is the lamp's.
-    np.testing.assert_allclose(made(np.exp(0.2)), 0.2, rtol=0.01)
-    for log, left in ((0.4, 0.15), (-0.4, -0.15)):
-        rows = made(np.exp(log))
-        np.testing.assert_allclose(rows[0::2, :3], 0.2 * np.exp(left), rtol=0.01)
-        np.testing.assert_allclose(rows[0::2, 3], 0.2, rtol=0.01)
-        np.testing.assert_allclose(rows[1::2], 0.2, rtol=0.01)
+    over, lift = np.full((64, 64, 4), 0.2, np.float32), np.zeros((64, 64), np.float32)
+    lift[::8, ::8] = np.log(1.2)  # known here and there, continued between
+    texture = np.full((64, 64, 3), 1.2, np.float32)  # grey as the layer is: the tint stays
+    out = _lit_strip(over, lift, texture, view)
+    rows = out.reshape(-1, 4)[atlas.index]
+    np.testing.assert_allclose(rows[0::2, :3], 0.24, rtol=0.01)
+    np.testing.assert_allclose(rows[1::2, :3], 0.2, rtol=0.01)
+    np.testing.assert_allclose(out[..., 3], over[..., 3], rtol=1e-6)
     # Of a deep shadow the strip is not shown, for it would be red; the strands are.
-    rows = made(np.exp(1.0))
+    rows = _lit_strip(over, lift / np.log(1.2) * np.log(2), texture, view).reshape(-1, 4)[
+        atlas.index
+    ]
     np.testing.assert_allclose(rows[0::2], 0, atol=1e-6)
     np.testing.assert_allclose(rows[1::2], 0.2, rtol=0.01)
     # Its tint is that of the skin below, its lightness its own.
-    rows = made(np.array([1.5, 1.0, 0.8]))
+    texture *= np.array([1.5, 1.0, 0.8], np.float32)
+    rows = _lit_strip(over, 0 * lift, texture, view).reshape(-1, 4)[atlas.index]
     np.testing.assert_allclose(rows[0::2, 0] / rows[0::2, 1], 1.5, rtol=0.02)
     np.testing.assert_allclose(np.exp(np.log(rows[0::2, :3]) @ LUMA), 0.2, rtol=0.02)
     np.testing.assert_allclose(rows[1::2], 0.2, rtol=0.01)
+    # Glare of a lamp is taken down to a little more than the skin below, and is not shown where it is much.
+    for log, left, shown in ((0.2, 0.2, 1), (0.4, 0.25, 0.86), (1.0, 0, 0)):
+        grey = np.full_like(texture, np.exp(-log))
+        rows = _lit_strip(over, 0 * lift, grey, view).reshape(-1, 4)[atlas.index]
+        np.testing.assert_allclose(rows[0::2, 3], 0.2 * shown, atol=0.01)
+        if shown:
+            color = rows[0::2, :3] / rows[0::2, 3:]
+            np.testing.assert_allclose(color, np.exp(left - log), rtol=0.01)
+        np.testing.assert_allclose(rows[1::2], 0.2, rtol=0.01)
     # What lies behind the strip, on the back of the head, is none of it.
     view.visibility.visible[:] = 0
-    np.testing.assert_array_equal(made(0.4), over.reshape(-1, 4)[atlas.index])
+    np.testing.assert_array_equal(_lit_strip(over, lift, texture, view), over)

@@ -10,7 +10,7 @@ from bakery.generators.base import Subject
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import LUMA, to_linear
-from bakery.geometry.fill import normalized_blur, smoothstep
+from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.landmarks import FACE
@@ -33,10 +33,10 @@ from bakery.stages.texture.unwrap import PartialAlbedo, unwrap_albedo
 from bakery.types import Fit, Landmarks, Photo
 
 CHANGED = 0.1  # log ratio from which skin no longer counts as observed
-LIFTED = (0.5, 0.9)  # log of a change of light: the strip beside hair is shown up to it, is not
+LIFTED = (0.2, 0.5)  # log of a change of light: the strip beside hair is shown up to it, is not
 TINT = 60  # share of the atlas over which that strip has the tint of the skin below
 TINTED = 1.0  # log, by which its tint is changed at most
-ALIKE = 0.25  # log by which it may be lighter or darker than that skin
+GLARE = 0.25, 0.9  # log by which the strip may be lighter than the skin below; from which it is not shown
 DARK = 1e-3  # linear; below it no ratio is told
 
 
@@ -166,7 +166,7 @@ def prepare(
     lids = lid_skin(head, neutral, texture, atlas)
     turn = rotation.matrix(fit.camera.rotation)
     over = hair(view.image, view.mattes, head, on_skin, view.visibility)
-    over = _lit_strip(over, texture, view)
+    over = _lit_strip(over, skin.lift, texture, view)
     if glasses:
         frames = frame_layer(view.image, view.mattes.frame, on_skin, view.visibility)
         over = laid_over(over, frames)
@@ -189,14 +189,16 @@ def prepare(
 
 
 def _lit_strip(
-    over: np.ndarray, texture: np.ndarray, view: SkinView
+    over: np.ndarray, lift: np.ndarray, texture: np.ndarray, view: SkinView
 ) -> np.ndarray:
-    """The layer of the hair [T, T, 4] whose strip of skin has the tone of the skin below.
+    """The layer of the hair [T, T, 4] whose strip of skin is as light as the skin beside it was made.
 
-    What is near hair lies in its shade, which is darker and redder, and evened skin has no lamp's light.
-    Where that takes much, the strip lies in shadow or in glare: it is left to the skin below.
+    Where that takes much the strip lies in shadow: it is left to the skin below. Its tint is that of the
+    skin below: what is near hair lies in its shade, which is redder, and evened skin has no lamp's colour.
+    It is hardly lighter than that skin, which has no glare; darker it may be, as a fringe's shade is.
 
     Args:
+        lift: [T, T] log, as of CompleteAlbedo.
         texture: [T, T, 3] linear, the skin below.
     """
     strip, strands = (
@@ -205,14 +207,17 @@ def _lit_strip(
     )
     seen = view.on_skin.paint(view.visibility.visible.astype(np.float32))  # not what lies behind it
     share = seen * strip / np.maximum(strip + strands, 1e-3)
+    beside = diffuse(lift[..., None].astype(np.float32), (lift != 0).astype(np.float32))[..., 0]
+    out = over * (1 - share * smoothstep(*LIFTED, np.abs(beside)))[..., None]
+    out[..., :3] *= np.exp(share * beside)[..., None]
     own, below = (
         np.log(np.maximum(color, DARK))
-        for color in (over[..., :3] / np.maximum(over[..., 3:], DARK), texture)
+        for color in (out[..., :3] / np.maximum(out[..., 3:], DARK), texture)
     )
-    off = normalized_blur(below - own, (share * over[..., 3]).astype(np.float32), len(over) / TINT)
+    off = normalized_blur(below - own, (share * out[..., 3]).astype(np.float32), len(over) / TINT)
     level = (off @ LUMA)[..., None]
-    out = over * (1 - share[..., None] * smoothstep(*LIFTED, np.abs(level)))
-    change = level - np.clip(level, -ALIKE, ALIKE) + np.clip(off - level, -TINTED, TINTED)
+    out *= 1 - share[..., None] * smoothstep(*GLARE, -level)
+    change = np.minimum(level + GLARE[0], 0) + np.clip(off - level, -TINTED, TINTED)
     out[..., :3] *= np.exp(share[..., None] * change)
     return out.astype(over.dtype)
 
