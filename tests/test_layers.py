@@ -23,19 +23,21 @@ MEET = {("generators", "heads"), ("detectors", "heads"), ("generators", "detecto
 LONGEST = 400  # lines
 
 
+def imported(path):
+    """Dotted names of all that a file imports."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            start = "." * node.level + (node.module or "")
+            yield from (f"{start}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+
+
 def used_parts(path):
     """The parts of the package that a file imports."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        names = []
-        if isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
-            root, *rest = node.module.split(".")
-            if root == "bakery":
-                names = rest[:1] or [alias.name for alias in node.names]
-        elif isinstance(node, ast.Import):
-            names = [
-                alias.name.split(".")[1] for alias in node.names if alias.name.startswith("bakery.")
-            ]
-        yield from (name for name in names if name != "__version__")
+    for root, part in (name.split(".")[:2] for name in imported(path) if "." in name):
+        if root == "bakery" and part != "__version__":
+            yield part
 
 
 FILES = sorted(path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__init__.py")
@@ -63,11 +65,9 @@ def test_torch_stays_where_it_belongs():
         part = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
         if part in ("generators", "detectors", "train"):
             continue
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        for node in ast.walk(tree):
-            if isinstance(node, (ast.Import, ast.ImportFrom)):
-                names = [alias.name for alias in node.names] + [getattr(node, "module", "") or ""]
-                assert not any(name.split(".")[0] == "torch" for name in names), path
+        # Its first name, or, from one of ours, its last: neither is torch.
+        for name in imported(path):
+            assert not {name.split(".")[0], name.split(".")[-1]} & {"torch"}, path
 
 
 BAKES = ("stages", "hair", "runtime", "export", "exporters", "bake", "show", "motion", "perform")
@@ -78,15 +78,8 @@ def test_a_bake_needs_nothing_of_what_builds_heads():
     for path in FILES:
         if path.relative_to(PACKAGE).parts[0] not in BAKES:
             continue
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom):
-                names = [f"{node.module}.{alias.name}" for alias in node.names]
-            elif isinstance(node, ast.Import):
-                names = [alias.name for alias in node.names]
-            else:
-                continue
-            for name in names:
-                assert not re.match(r"bakery\.heads\.(build|mesh)\b", name), f"{path}: {name}"
+        for name in imported(path):
+            assert not re.match(r"bakery\.heads\.(build|mesh)\b", name), f"{path}: {name}"
 
 
 HELP_MAY_LOAD = {  # what `bakery --help` imports beyond click

@@ -66,6 +66,7 @@ def paint_cards(painter, layout, edges, cells, solid, wisps, texture, direction,
     Args:
         edges: [n, KNOTS, 2, 3] mm; cells: [n, KNOTS, 2, 2] of the chart.
         solid: [n] 0..1: cards with no cap below them, which have fewer gaps.
+        wisps: n of them, which the cards follow.
     """
     count = layout.width * layout.height
     card = np.repeat(np.arange(len(count)), count)

@@ -12,15 +12,11 @@ from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
 from bakery.stages.hair.presence import sides_of
 from bakery.stages.hair.shell import Shell, hanging, in_the_air, told
-from bakery.stages.hair.strands import KNOTS, Wisps
+from bakery.stages.hair.strands import KNOTS, LAYERS, Wisps
 
 CAP = (0.75, 0.92)  # share of the way from what hair lies on to where it ends, at least and at most
 BELOW = 3.5  # mm that the cap lies below that end between the two
-LAYERS = {
-    0.55: 0.4,
-    0.8: 0.72,
-    1.0: 1.0,
-}  # of the way from the cap to OUTER, of wisps by their layer
+LIFTS = dict(zip(LAYERS, (0.4, 0.72, 1.0)))  # of the way from the cap to OUTER, by their layer
 OUTER = 1.03  # share that the outermost have
 OVER = 3.0  # mm that wisps stand out farther: the photo cuts them to its outline
 UNDER = 2.5  # mm below the skin that the cap's border goes
@@ -193,7 +189,7 @@ def ribbons(shell: Shell, wisps: Wisps, wider: float = 1.0) -> tuple[np.ndarray,
     t = np.linspace(0, 1, KNOTS)
     taper = (0.75 + 0.25 * smoothstep(0, 0.3, t)) * (1 - 0.35 * smoothstep(0.6, 1, t))
     half = 0.5 * wider * wisps.width[:, None] * taper
-    layer = np.select([np.isclose(wisps.layer, k) for k in LAYERS], list(LAYERS.values()), 1.0)
+    layer = np.select([np.isclose(wisps.layer, k) for k in LIFTS], list(LIFTS.values()), 1.0)
     cap = cap_height(shell.chart.take(shell.radius - shell.base, wisps.cells))
     lift = cap + layer[:, None] * (OUTER - cap)
     lift = lift * (0.72 + 0.28 * smoothstep(0, 0.35, t))

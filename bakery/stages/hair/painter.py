@@ -61,17 +61,16 @@ class Painter:
         self.nearest = self._nearest()
         self.normals = charts.smooth(frame(shell)[:, :, 2], 5.0)
         self.look = self._look()
-        # What is seen has its light in its tone.
-        self.unseen = 1 - np.clip(charts.smooth(self.look[1].astype(float), EVEN[0]), 0, 1)
+        self.near = charts.smooth(self.look[1].astype(float), EVEN[0])
+        self.unseen = 1 - np.clip(self.near, 0, 1)  # what is seen has its light in its tone
         self.even = self._even()
         self.tone = self._tone()
         self.energy = self._energy()
         self.carving = self._carving()
         self.full = self._full()
         self.aside = np.broadcast_to(aside_of(shell, portrait), (ROWS, COLUMNS))
-        self.shows = np.ones(
-            (ROWS, COLUMNS)
-        )  # nothing fades out yet: the next line asks what is shown
+        # Nothing fades out yet: the next line asks what is shown.
+        self.shows = np.ones((ROWS, COLUMNS))
         self.shows = self._shows()
 
     def _nearest(self):
@@ -111,7 +110,7 @@ class Painter:
             return total / np.maximum(charts.smooth(share.astype(float), mm), 1e-6)[..., None]
 
         near, around = mean(weight, EVEN[0]), mean(square, EVEN[1])
-        share = smoothstep(*EVENED, slant) * smoothstep(0.0, 0.1, charts.smooth(weight, EVEN[0]))
+        share = smoothstep(*EVENED, slant) * smoothstep(0.0, 0.1, self.near)
         return share[..., None] * (held(near, around, *PATCHY) - near)
 
     def _tone(self):

@@ -14,8 +14,9 @@ TRIES = 3000  # places at which wisps are begun, of which few are taken
 SHORTEST = 10.0  # mm
 HEM = 8.0  # mm between wisps along the line on which hanging hair ends
 HEM_WIDER = 1.6  # times the width of others that they have: they close the line
-HEM_LAYERS = 0.55, 0.8  # how far out they lie, in turn
-HEM_LENGTH = 36.0, 52.0  # mm that those are long
+HEM_LENGTH = 36.0, 52.0  # mm that they are long
+# How far out wisps lie, from below to above; a hem's in the first two by turns.
+LAYERS = 0.55, 0.8, 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,18 +95,18 @@ def _hem(shell):
     """Places [n, 3] along the line on which hanging hair ends, close enough to leave no gap between."""
     hung = shell.there * in_the_air(shell)
     mm = 2 * np.pi * shell.radius / COLUMNS
-    found, since = [], HEM
+    found, place = [], 0.0
     for column in range(COLUMNS):
         rows = np.flatnonzero(hung[:, column] > 0.5)
         if not len(rows):
-            since = HEM
+            place = 0.0
             continue
         last = rows[-1]
-        place = HEM - since
-        while place < mm[last, column]:
-            found.append([column + place / mm[last, column], last + 0.9])
+        wide = mm[last, column]
+        while place < wide:
+            found.append([column + place / wide, last + 0.9])
             place += HEM
-        since = mm[last, column] - (place - HEM)
+        place -= wide
     if not found:
         return np.zeros((0, 3))
     return shell.surface(np.array(found), 1.0)
@@ -153,7 +154,7 @@ def _spread(shell, points, length, width, count, first):
             if n >= first and cover[row[n], column[n]].mean() > depth + 0.45:
                 continue
             chosen.append(n)
-            layer.append(HEM_LAYERS[n % 2] if n < first else (0.55, 0.8, 1.0)[depth])
+            layer.append(LAYERS[n % 2 if n < first else depth])
             for r, c in zip(row[n], column[n]):
                 reach = int(np.clip(width / 2 / mm[r, c], 0, COLUMNS // 2 - 1))
                 span = np.arange(c - reach, c + reach + 1) % COLUMNS

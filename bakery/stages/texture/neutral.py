@@ -36,10 +36,8 @@ CHANGED = 0.1  # log ratio from which skin no longer counts as observed
 LIFTED = (0.2, 0.5)  # log of a change of light: the strip beside hair is shown up to it, is not
 TINT = 60  # share of the atlas over which that strip has the tint of the skin below
 TINTED = 1.0  # log, by which its tint is changed at most
-GLARE = (
-    0.25,
-    0.9,
-)  # log by which the strip may be lighter than the skin below; from which it is not shown
+# Log by which the strip is lighter than the skin below: at most, and from which it is not shown.
+GLARE = 0.25, 0.9
 DARK = 1e-3  # linear; below it no ratio is told
 
 
