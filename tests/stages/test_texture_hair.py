@@ -15,20 +15,24 @@ from bakery.landmarks import FACE
 from bakery.stages.atlas import make_atlas, make_view, visibility_of
 from bakery.stages.segment import BACKGROUND, HAIR, SKIN, Segmentation
 from bakery.stages.texture.hair import (
+    OVAL_EAR,
     Mattes,
     before_ears,
     beside_scalp,
     hair_layer,
     loose,
     mattes_of,
+    on_ears,
 )
-from bakery.stages.texture.hairtone import from_both, tone_of
+from bakery.stages.texture.hairtone import from_both, tone_around, tone_of
 from bakery.types import Camera
 
 FRONT = Camera(
     2000.0, np.array([256.0, 256.0]), np.zeros(3), np.array([0.0, 20.0, -1500.0]), 512, 512
 )
 BROWN = np.array([0.1, 0.06, 0.03], np.float32)
+GRAY = np.array([0.12, 0.12, 0.12], np.float32)
+ALL = np.ones((256, 256), np.float32)
 
 
 def points_with_eyes(gap=100.0):
@@ -207,9 +211,42 @@ def test_the_strip_beside_hair_stays_at_the_hairline():
 def test_no_hair_grows_on_ears(head, seen):
     atlas, visibility = seen
     layer = hair_layer(*photo_with_hair_above(230), head, atlas, visibility)
-    flat = unrolled(head)(atlas.at(head.mean))
-    ears = (ear_depth(flat, ear_box(head)) < 0.5) & (visibility.weight(80, 60) == 0)
-    assert ears.any() and layer.reshape(-1, 4)[atlas.index][ears, 3].max() < 0.05
+    ears = (on_ears(head, atlas) > 0) & (visibility.weight(80, 60) == 0)
+    assert ears.sum() > 100 and layer.reshape(-1, 4)[atlas.index][ears, 3].max() < 0.05
+
+
+def test_hair_grows_up_to_where_an_ear_stands_out(head):
+    """Skin between an ear's root and the hairline is no flap of skin in the hair; its hollow stays bare."""
+    atlas = make_atlas(head, 512).take("skin")
+    flat, (front, behind, low, high) = unrolled(head)(atlas.at(head.mean)), ear_box(head)
+    ears = on_ears(head, atlas) > 0
+    oval = ear_depth(flat, (front, behind, low, high), OVAL_EAR) < 1
+    assert not (ears & ~oval).any()
+    out = np.where(oval, np.abs(atlas.at(head.mean)[:, 0]), 0)
+    assert ears[out > out.max() - 2].all(), "the tip"
+    middle = (np.abs(flat[:, 1] - (low + 0.4 * (high - low))) < 3) & (flat[:, 0] > front + 4)
+    assert ears[middle & (flat[:, 0] < behind - 4)].all(), "the hollow of the shell"
+    root = oval & (flat[:, 1] > high) & (flat[:, 0] < (front + behind) / 2)
+    assert root.sum() > 20 and ears[root].mean() < 0.2
+
+
+def test_a_hairline_seen_at_a_slant_is_no_comb(head, seen):
+    """Labels beside the face have teeth, three rows each: the layer has a line without any."""
+    atlas, visibility = seen
+    linear, mattes = photo_with_hair_above(0)
+    pixels, points = visibility.pixels, atlas.at(head.mean)
+    there = (visibility.visible > 0.5) & (points[:, 1] > 20) & (points[:, 1] < 50)
+    rim = pixels[there, 0].max()
+    column, row = np.arange(512)[None], np.arange(512)[:, None]
+    beside = (column > rim - 14 + 6 * (row // 3 % 2)) & (row < 300)
+    mattes.hair[:], mattes.skin[:] = beside, ~beside
+    linear[beside] = BROWN
+    alpha = hair_layer(linear, mattes, head, atlas, visibility)[..., 3].reshape(-1)[atlas.index]
+    teeth = there & (pixels[:, 0] > rim - 16) & (pixels[:, 0] < rim - 6)
+    odd = pixels[:, 1] // 3 % 2 == 1
+    means = [alpha[teeth & rows].mean() for rows in (odd, ~odd)]
+    assert abs(means[0] - means[1]) < 0.1  # as the labels have it, 0.45
+    assert 0.3 < np.mean(means) < 0.7
 
 
 def test_hair_that_is_made_up_has_no_skins_colour(head, seen):
@@ -263,16 +300,38 @@ def test_a_crack_between_hair_and_skin_grows_no_hair(head, seen, row):
     assert more[below].max() < 0.05
 
 
-def made_of(photo, seen):
+def made_of(photo, seen, local=0 * ALL[..., None], near=0 * ALL):
     """Colours [256, 256, 3] made up from a band of hair seen in one colour, in a photo of hair above skin."""
     nothing = np.zeros((64, 64), np.float32)
     mattes = replace(Mattes(*[nothing] * 7), hair=nothing.copy(), skin=nothing.copy())
     mattes.hair[:40], mattes.skin[40:] = 1, 1
     color, sure = np.full((256, 256, 3), seen, np.float32), np.zeros((256, 256), np.float32)
     sure[20:60, 64:192] = 1
-    return np.exp(
-        tone_of(color, sure, np.ones((256, 256), np.float32), photo, mattes.hair, mattes.skin)
-    )
+    return np.exp(tone_of(color, sure, ALL, photo, mattes.hair, mattes.skin, local, near))
+
+
+def test_made_up_hair_at_a_slant_is_as_the_hair_around_its_pixel():
+    """Grey temples below a dark top: the hairline beside them is no dark line."""
+    local = np.broadcast_to(np.log(GRAY), (256, 256, 3)).astype(np.float32)
+    photo = np.full((64, 64, 3), 0.5, np.float32)
+    photo[:40] = BROWN
+    made, far = (made_of(photo, BROWN, local, near * ALL) for near in (1, 0))
+    level = np.float32([GRAY @ LUMA, BROWN @ LUMA])
+    assert made[128, 128] @ LUMA == pytest.approx(level[0], rel=0.1)
+    assert far[128, 128] @ LUMA == pytest.approx(level[1], rel=0.1)
+    tint = np.log(np.stack([made[128, 128], far[128, 128]]))
+    assert np.ptp(tint[0]) < np.ptp(tint[1]), "nearer to grey, as far as hair of one head differs"
+
+
+def test_the_tone_around_a_pixel_is_that_of_the_hair_nearby():
+    """Of the left half's hair and the right half's, not of the skin between them."""
+    linear, hair = np.full((100, 200, 3), 0.5, np.float32), np.zeros((100, 200), np.float32)
+    linear[:, :80], linear[:, 120:] = BROWN, GRAY
+    hair[:, :80] = hair[:, 120:] = 1
+    tone, near = tone_around(linear, hair)
+    np.testing.assert_allclose(np.exp(tone[50, [70, 130]]), [BROWN, GRAY], rtol=0.05)
+    assert near[50, [20, 82, 180]].min() > 0.8 and near[50, 100] < 0.05
+    assert tone_around(linear, 0 * hair)[1].max() == 0
 
 
 def test_a_highlight_does_not_colour_the_back():
@@ -308,9 +367,7 @@ def test_a_hairline_where_skin_shines_through_does_not_colour_the_back():
     color[20:40] = (skin + hair) / 2  # a thin hairline
     sure = np.zeros((256, 256), np.float32)
     sure[20:60, 64:192] = 1
-    made = np.exp(
-        tone_of(color, sure, np.ones((256, 256), np.float32), photo, mattes.hair, mattes.skin)
-    )
+    made = np.exp(tone_of(color, sure, ALL, photo, mattes.hair, mattes.skin, color, 0 * ALL))
     np.testing.assert_allclose(made[200:], np.broadcast_to(hair, (56, 256, 3)), rtol=0.02)
     np.testing.assert_allclose(made[55, 128], hair, rtol=0.05)
 

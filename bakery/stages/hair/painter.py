@@ -38,7 +38,8 @@ DIMMED = 0.1  # log brightness that it loses beside the ring
 RING = 42.0, 15.0  # degrees above the horizon that hair faces where the gloss is, and its width
 INNER_SIDE = 0.35  # how much of the photo shows on hair that it sees from within, in the dark
 SLANT = (0.25, 0.5)  # cosine to the camera: the photo is not shown up to it, and all from it on
-BARE = (0.15, 0.4)  # the same for skin
+DRAWN = (0.8, 0.45)  # the same of strands over the photo: at a slant it is drawn out to a smear
+BARE = (0.3, 0.55)  # the same for skin
 
 
 class Painter:
@@ -200,6 +201,8 @@ class Painter:
         other, known = self._shown(shell.chart.mirrored(points), there)
         off = np.clip(tone - shell.chart.take(self.tone, there), -DIFFERS[0], DIFFERS[0])
         made += known[:, None] * (other * np.exp(off) - made)
+        drawn = smoothstep(*DRAWN, np.abs(self._cosine(points, cells)))
+        picture = picture * np.exp(drawn * detail)[:, None]
         color = made + shown[:, None] * (picture - made)
         before = smoothstep(6.0, 1.0, depth - body_depth(portrait, shell, pixels))
         before = before * portrait.inside(pixels)

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from bakery.geometry.color import LUMA
-from bakery.geometry.fill import diffuse, smoothstep
+from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
 from bakery.geometry.noise import value_noise
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
@@ -31,7 +31,7 @@ from bakery.stages.segment import (
     Segmentation,
 )
 from bakery.stages.segment.refine import EYES_APART
-from bakery.stages.texture.hairtone import from_both, tone_of
+from bakery.stages.texture.hairtone import from_both, tone_around, tone_of
 
 HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
 SHOWN_STRIP = (0.18, 0.13)  # the layer shows none, all: wider, so that nothing gapes between both
@@ -42,19 +42,31 @@ HAIRLINE = 1 / 25  # of the atlas's side: twice how far off the scalp a hairline
 UP_TO_SCALP = 1.08  # of the face's contour: between it and the scalp nothing gapes
 JAW = 20.0  # mm above the chin, where the layer has gone
 # Cosine: at a slant the photo says where hair is, not how it looks: a pixel is a streak.
-LOOK = (0.1, 0.3)
+LOOK = (0.2, 0.45)
 STRANDS = (0.45, 0.2)  # of hair they are sooner: none from the first on, all up to the second
 # Cosine: on the skin a few mm of the fit are centimetres of hair that is drawn.
 SQUARE = (0.1, 0.45)
 SIDEBURN = (-6.0, 8.0)  # mm above the middle of an ear, up to which the layer shows none, all
 LOBE = 6.0  # mm before an ear from which it shows all
 POCKETS = 0.25  # of the eye distance, from the background: how far between strands it is seen
+# Cosine: at a slant what the labels tell of a hairline is a comb: as told from the first on, smooth up to
+# the second.
+RAGGED = (0.7, 0.4)
+COMB = 90  # share of the atlas that its teeth are wide
+NEARBY = (
+    0.03,
+    0.15,
+)  # cosine: made-up hair has the tone of the hair around its pixel, not and wholly
 LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
 ON_SKIN = (89.0, 82.0)  # degrees: off the scalp the photo says nothing beyond the first
 BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
 CRACK = 80  # share of the atlas that cracks between what the labels tell are wide, at most
 LINE = 110  # share of the atlas over which a hairline is smooth
 OVAL_EAR = 2.5  # exponent of an ear's outline: in the corners of its box hair grows
+STANDS = 2.0  # mm off the skull's side, from which skin is of an ear
+UPPER = 0.6  # share of an ear's height, from where on that tells; below it is a shell's hollow
+HAIRS = (0.4, 4.0)  # mm, width and length of single hairs
+APART = 0.5  # of alpha by which hairs differ where half of them grow: more, and the line is a comb
 FRAY = (0.7, 8.0)  # mm, width and length of hairs at the hairline
 FRAYED = 0.06  # how far they reach over it
 CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
@@ -197,6 +209,14 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     def blurred(grid):
         return cv2.GaussianBlur((grid * inside).astype(np.float32), (0, 0), atlas.size / LINE)
 
+    rank = atlas.paint(ranked(locks(head, atlas, *HAIRS)))
+    beside = 1 - uv_polygon(head, OVAL, 0.8, atlas.size)
+    labelled, ragged = here, smoothstep(*RAGGED, cosine) * beside
+    even = single_hairs(
+        smoothstep(0.1, 0.9, normalized_blur(here, inside, atlas.size / COMB)), rank
+    )
+    here = here + ragged * (even - here)
+    edge = edge * (1 - ragged * even)
     # Unseen scalp has hair if the scalp that was seen nearest to it has: thin hair stays thin.
     own, other = trusted(cosine, told, square)
     near = np.minimum(on_skin * (1 - other), growth + 0.02)
@@ -219,10 +239,16 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
         return np.concatenate([color, np.ones_like(color[..., :1])], -1) * shown[..., None]
     sure = cv2.erode((lock > 0.9).astype(np.float32), np.ones((5, 5), np.uint8)) * growth
     noise = atlas.paint(locks(head, atlas, *LOCK))
-    line = smoothstep(0.25, 0.75, grown + FRAYED * atlas.paint(locks(head, atlas, *FRAY)))
+    fray = FRAYED * atlas.paint(locks(head, atlas, *FRAY))
+    line = single_hairs(smoothstep(0.1, 0.9, grown + fray), rank)
     unseen = (1 - seen) * strip * line * (1 - lost) * (1 - atlas.paint(on_ears(head, atlas)))
     dark = np.log(np.maximum(color, 1e-3))  # dark hair stays dark beside its highlights
-    tone = tone_of(color, sure if sure.any() else lock, own, linear, mattes.hair, mattes.skin)
+    local, near = tone_around(linear, mattes.hair)
+    near = bilinear(near, pixels) * smoothstep(*NEARBY, visibility.cosine)
+    tone = tone_of(
+        color, sure if sure.any() else lock, own, linear, mattes.hair, mattes.skin,
+        atlas.paint(bilinear(local, pixels)), atlas.paint(near) * told,
+    )  # fmt: skip
     smooth = np.exp(both_sides(tone, seen))
     made = smooth * np.exp(_energy(color, sure) * noise)[..., None]
     # A side that is hardly seen looks as the other one does, in its own tone.
@@ -230,13 +256,12 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     made += cv2.GaussianBlur(there, (0, 0), 2)[..., None] * (other - made)
     # Not bits that no hair grows around: as the photo has them, they look like the skin beside them.
     streaky = here * smoothstep(0.1, 0.4, grown) * soften(smoothstep(*STRANDS, cosine), inside)
+    streaky = np.maximum(streaky, np.clip(here - labelled, 0, 1))  # there the photo shows skin
     color = color + streaky[..., None] * (made - color)
     # What hangs before temples and cheeks does not end with the view: it fades out beyond it, but not
     # over skin that is seen.
     fade = np.clip(2 * cv2.GaussianBlur(shown, (0, 0), atlas.size / BESIDE), 0, 1)
-    fade *= (
-        np.maximum(1 - seen - unseen, 0) * inside * (1 - uv_polygon(head, OVAL, 0.8, atlas.size))
-    )
+    fade *= np.maximum(1 - seen - unseen, 0) * inside * beside
     skin = bilinear(cv2.dilate(mattes.skin, np.ones((9, 9), np.uint8)), pixels)  # and cracks beside
     fade *= 1 - atlas.paint(skin * visibility.weight(*ON_SKIN))
     near = np.exp(diffuse(dark, shown))
@@ -270,9 +295,20 @@ def beside_scalp(growth: np.ndarray) -> np.ndarray:
 
 
 def on_ears(head: HeadModel, atlas: Atlas) -> np.ndarray:
-    """1 on the ears [n] float32, where no hair grows."""
-    flat = unrolled(head)(atlas.at(head.mean))
-    return (ear_depth(flat, ear_box(head), OVAL_EAR) < 1).astype(np.float32)
+    """1 on the ears [n] float32, where no hair grows.
+
+    Above and before their upper part, it grows up to where they stand out of the skull.
+    """
+    points = atlas.at(head.mean)
+    flat = unrolled(head)(points)
+    box = ear_box(head)
+    ear = ear_depth(flat, box, OVAL_EAR) < 1
+    out = np.abs(points[:, 0])
+    skull = diffuse(atlas.paint(out)[..., None], atlas.paint(~ear).astype(np.float32))
+    stands = out - skull[..., 0].reshape(-1)[atlas.index] > STANDS
+    low, high = box[2:]
+    below = flat[:, 1] < low + UPPER * (high - low)
+    return (ear & (stands | below)).astype(np.float32)
 
 
 def loose(here: np.ndarray, growth: np.ndarray) -> np.ndarray:
@@ -318,6 +354,19 @@ def locks(head: HeadModel, atlas: Atlas, width: float, length: float) -> np.ndar
     )
     found: np.ndarray = value_noise(places, 1.0, 7)
     return found
+
+
+def ranked(noise: np.ndarray) -> np.ndarray:
+    """Noise [n] as ranks 0..1: each as often as any other."""
+    rank = np.empty(len(noise), np.float32)
+    rank[np.argsort(noise, kind="stable")] = np.linspace(0, 1, len(noise))
+    return rank
+
+
+def single_hairs(density: np.ndarray, rank: np.ndarray) -> np.ndarray:
+    """Alpha [...] of hair that thins out, by how many hairs [...] 0..1 there are and the rank of each."""
+    alpha: np.ndarray = density + 4 * APART * density * (1 - density) * (rank - 0.5)
+    return np.clip(alpha, 0, 1)
 
 
 def _energy(color, sure):

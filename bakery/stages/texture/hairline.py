@@ -12,15 +12,22 @@ from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import Atlas, make_atlas
-from bakery.stages.texture.hair import before_ears, beside_scalp, growth_on, locks, on_ears
+from bakery.stages.texture.hair import (
+    HAIRS,
+    before_ears,
+    beside_scalp,
+    growth_on,
+    locks,
+    on_ears,
+    ranked,
+    single_hairs,
+)
 from bakery.types import HAIR_KINDS, Camera, HairMesh
 
 CAP = HAIR_KINDS.index("cap")
 THINS = 9.0, 1.0  # mm from the cap, from which no hair grows, up to which all does
 SIDE = 512  # texels a side at which distances are found
 ALONG = 3  # points along an edge of the cap's triangles: 3 mm from one to the next
-HAIRS = 0.4, 4.0  # mm, width and length
-APART = 0.5  # of alpha by which hairs differ where half of them grow: more, and the line is a comb
 VARIED = 0.18  # log brightness by which hairs differ
 UNSEEN = 0.0, 0.12  # cosine to the camera up to which the photo shows no skin beside hair, and all
 GOES_ON = 45.0, 25.0  # mm from the cap, from which its colours do not go on, up to which they do
@@ -125,12 +132,9 @@ def with_short_hair(layer: np.ndarray, cap: Cap, head: HeadModel) -> np.ndarray:
     rows = grid.reshape(-1, 4)[atlas.index]
     chosen = np.flatnonzero(rows[:, 3] > 0)
     rows, index = rows[chosen], atlas.index[chosen]
-    noise = locks(head, atlas, *HAIRS)[chosen]
-    rank = np.empty(len(noise), np.float32)  # of all hairs: each as often as any other
-    rank[np.argsort(noise, kind="stable")] = np.linspace(0, 1, len(noise))
+    rank = ranked(locks(head, atlas, *HAIRS)[chosen])
     out = layer.reshape(-1, 4).astype(np.float32)
-    alpha = rows[:, 3] + 4 * APART * rows[:, 3] * (1 - rows[:, 3]) * (rank - 0.5)
-    alpha *= 1 - out[index, 3]
+    alpha = single_hairs(rows[:, 3], rank) * (1 - out[index, 3])
     color = np.exp(rows[:, :3] + VARIED * (2 * rank[:, None] - 1))
     out[index] += np.concatenate([color, np.ones_like(color[:, :1])], 1) * alpha[:, None]
     return out.reshape(layer.shape)
