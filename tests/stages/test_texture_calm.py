@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from bakery.geometry.color import LUMA
 from bakery.geometry.fill import normalized_blur
-from bakery.landmarks import MOUTH_CORNERS
+from bakery.landmarks import MOUTH_CORNERS, NOSE_BASE
 from bakery.stages.atlas import make_atlas, uv_polygon
 from bakery.stages.texture import calm
 
@@ -107,3 +107,24 @@ def test_a_wide_blur_is_that_of_the_full_size():
     made, exact = calm._blurred(values, known, 14.0), normalized_blur(values, known, 14.0)
     # A pixel of a quarter of the size is 4 wide; the steepest slopes are those at the border.
     assert np.abs(made - exact)[known > 0].max() < 0.05 * values.std()
+
+
+def test_wide_hollows_beside_the_mouth_go(head, face):
+    """A dark band of 12 mm down a cheek, lighter on both sides: its shade is filled, the forehead's is not."""
+    on_skin, places, weight = face
+    plain = np.ones(len(places), np.float32)
+    band = np.exp(-(((np.abs(places[:, 0]) - 42) / 6) ** 2))
+    hollow = (SKIN * np.exp(-0.25 * band)[:, None]).astype(np.float32)
+    base = head.landmarks(head.mean)[NOSE_BASE[0], 1]
+    cheek = (weight > 0.95) & (np.abs(places[:, 1] - base + 15) < 10) & (band > 0.9)
+    above = (weight > 0) & (places[:, 1] > base + calm.HOLLOW_BELOW[0] + 1)
+    assert cheek.sum() > 50
+
+    def depth(colors, where):
+        return -np.log(colors[where] / SKIN).mean()
+
+    made = calm.calmed(hollow, plain, head, on_skin, 1.0)
+    assert depth(hollow, cheek) > 0.2 and depth(made, cheek) < 0.12
+    lighter = calm.calmed((SKIN**2 / hollow).astype(np.float32), plain, head, on_skin, 1.0)
+    assert depth(lighter, cheek) < -0.1, "what is lighter than its sides is none"
+    assert above.sum() > 50

@@ -17,6 +17,7 @@ from bakery.geometry.color import LUMA
 from bakery.geometry.fill import around, normalized_blur, smoothstep
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import Atlas, uv_polygon
+from bakery.stages.texture.creases import levelled
 
 # Octaves: standard deviation (mm) of the blur that ends each, and the root mean square that it may have,
 # of log luminance and of log colour beside it. In resting cheeks, by 8 neutral photos of london/train,
@@ -51,6 +52,9 @@ FADE = 1 / 60  # of the atlas's side, over which the contour's border fades
 # too; with one 2.8 to 4.0 (22 of congress, among them 19 of val). mm.
 HAIRS, CHIN, MOUSTACHED = (0.2, 0.5), (1.15, 1.3), (2.2, 2.8)
 BELOW, BESIDE = 3.0, (20.0, 12.0)
+# mm: half the width of the widest hollow, the blur by which folds are none, and above the nose's
+# base, where none is filled and where all are. Of the logarithm: how deep one may be, and what of it stays.
+HOLLOW, HOLLOW_SOFT, HOLLOW_BELOW, DEEP, FAINT = 15.0, 2.5, (18.0, 4.0), 0.45, 0.015
 COARSE = 3.0  # pixels, standard deviation of a blur that needs no finer picture
 DARK = 2e-3  # linear
 
@@ -83,8 +87,26 @@ def calmed(
         fine = coarse
     factor = np.ones(on_skin.size * on_skin.size * 3, np.float32).reshape(on_skin.size, -1, 3)
     factor[window] = np.exp(change * weight[..., None])
-    out: np.ndarray = colors * factor.reshape(-1, 3)[on_skin.index]
-    return out
+    return _without_hollows(
+        colors * factor.reshape(-1, 3)[on_skin.index], weight, window, head, on_skin, texel
+    )
+
+
+def _without_hollows(colors, weight, window, head, on_skin, texel):
+    """Colours [N, 3] without the wide dark places that the shade of a smile leaves from the nose down.
+
+    Args:
+        weight: [h, w] 0..1 in the window, how far each texel may change.
+    """
+    nose = head.landmarks(head.mean)[marks.NOSE_BASE[0], 1]
+    share = np.zeros((on_skin.size, on_skin.size), np.float32)
+    share[window] = weight
+    share = share.reshape(-1)[on_skin.index] * smoothstep(
+        *HOLLOW_BELOW, on_skin.at(head.mean)[:, 1] - nose
+    )
+    rows = np.flatnonzero(share > 0)
+    where = rows, share[rows], texel
+    return levelled(colors, on_skin, where, 1.0, HOLLOW, DEEP, HOLLOW_SOFT, FAINT)
 
 
 def _blurred(values, known, sigma):

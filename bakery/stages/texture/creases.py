@@ -24,6 +24,7 @@ LINES = np.array([[203, 206, 216, 212, 202], [423, 426, 436, 432, 422]])
 WINGS = np.array([129, 98, 49, 64, 358, 327, 279, 294])  # of the nose, whose own crease stays
 BESIDE, OFF_LIPS, OFF_NOSE = (13.0, 6.0), (1.0, 4.0), (3.0, 6.5)  # mm over which it fades
 RADIUS = 4.0  # mm, half the width of what is filled
+COARSE = 2.5  # pixels, standard deviation of a blur that needs no finer picture
 SOFT = 0.5  # mm, standard deviation of the blur that keeps pores and stubble from being filled
 MOST = 0.6  # of the logarithm
 AT_CORNER = (9.0, 5.0)  # mm from a corner of the mouth over which specks are left, are taken off
@@ -41,7 +42,7 @@ def filled(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) ->
     """
     if not share:
         return colors
-    return _levelled(colors, on_skin, _beside(head, on_skin), share, RADIUS, MOST)
+    return levelled(colors, on_skin, _beside(head, on_skin), share, RADIUS, MOST)
 
 
 def dimmed(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) -> np.ndarray:
@@ -56,19 +57,33 @@ def dimmed(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) ->
     if not share:
         return colors
     dark = 1 / np.maximum(colors, DARK)
-    found = _levelled(dark, on_skin, _corners(head, on_skin), share, SPECK, GLINT)
+    found = levelled(dark, on_skin, _corners(head, on_skin), share, SPECK, GLINT)
     out: np.ndarray = np.where(found != dark, 1 / found, colors)
     return out
 
 
-def _levelled(colors, on_skin, where, share, radius, most):
+def levelled(
+    colors: np.ndarray,
+    on_skin: Atlas,
+    where: tuple[np.ndarray, np.ndarray, float],
+    share: float,
+    radius: float,
+    most: float,
+    soft: float = SOFT,
+    least: float = 0.0,
+) -> np.ndarray:
     """Colours [N, 3] whose dark places up to `radius` mm are as light as the darker of their sides.
 
     Args:
-        where: texels that may change, as of `_beside`.
+        where: texels that may change: rows [n] of the colours, how much they count [n], and mm a texel.
+        share: 0..1, how much of the places to fill.
         most: of the logarithm that they may get lighter by.
+        soft: mm, standard deviation of the blur that what is narrower is left out by.
+        least: of the logarithm: of any place so much stays.
     """
     rows, weight, texel = where
+    if not len(rows):
+        return colors
     y, x = np.divmod(on_skin.index[rows], on_skin.size)
     pad = 4 * round(radius / texel)
     top, left = max(int(y.min()) - pad, 0), max(int(x.min()) - pad, 0)
@@ -76,18 +91,23 @@ def _levelled(colors, on_skin, where, share, radius, most):
     # Each channel by itself: what lies in a fold is redder than the skin beside it.
     light = on_skin.paint(np.log(np.maximum(colors, DARK)).astype(np.float32))[window]
     skin = on_skin.paint(np.ones((len(colors), 3), np.float32))[window]
+    # Wide places need no fine picture, and the disc costs the square of its width.
+    whole, shrink = light.shape[1::-1], max(int(soft / texel / COARSE), 1)
+    small = tuple(-(-n // shrink) for n in whole)
 
     def blur(picture):
-        return cv2.GaussianBlur(picture, (0, 0), SOFT / texel)
+        return cv2.GaussianBlur(picture, (0, 0), soft / texel / shrink)
 
-    soft = blur(light * skin) / np.maximum(blur(skin), 1e-3)
-    side = 2 * round(radius / texel) + 1
+    light, skin = (cv2.resize(p, small, interpolation=cv2.INTER_AREA) for p in (light * skin, skin))
+    smooth = blur(light) / np.maximum(blur(skin), 1e-3)
+    side = 2 * round(radius / texel / shrink) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     far = np.float32(99)  # what is no skin neither fills nor is filled
-    raised = cv2.dilate(np.where(skin > 0, soft, -far), disc)
+    raised = cv2.dilate(np.where(skin > 0, smooth, -far), disc)
     level = blur(cv2.erode(np.where(skin > 0, raised, far), disc))
-    lift = np.clip(level - soft, 0, most)[y - top, x - left]
+    lift = cv2.resize(level - smooth, whole, interpolation=cv2.INTER_LINEAR)
     out = colors.copy()
+    lift = np.clip(lift[y - top, x - left] - least, 0, most)
     out[rows] *= np.exp(share * weight[:, None] * lift)
     return out
 
