@@ -211,7 +211,8 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
 
     rank = atlas.paint(ranked(locks(head, atlas, *HAIRS)))
     beside = 1 - uv_polygon(head, OVAL, 0.8, atlas.size)
-    labelled, ragged = here, smoothstep(*RAGGED, cosine) * beside
+    sides = 1 - uv_polygon(head, OVAL, 0.6, atlas.size)  # not of a nose
+    labelled, ragged = here, smoothstep(*RAGGED, cosine) * sides
     even = single_hairs(
         smoothstep(0.1, 0.9, normalized_blur(here, inside, atlas.size / COMB)), rank
     )
