@@ -20,10 +20,10 @@ SHADE = 0.95  # of what unseen hair is as bright as the hair around it
 # Of the way from the nearest colour to the middle one that hair far from the seen has.
 UNSEEN = 0.85
 UNLIKE = 0.3  # distance of sRGB colours of skin and of hair that is surely no bald top's
-EVEN = 5.0, 35.0  # mm over which a patch, and the hair around it, has its tone
+EVEN = 3.5, 35.0  # mm over which a patch, and the hair around it, has its tone
 # Cosine to the camera: patches are left as they are from the first on, and evened up to the second.
-EVENED = 0.8, 0.35
-PATCHY = 0.12, 0.03  # log brightness, and tint, by which they differ from what is around then
+EVENED = 0.9, 0.5
+PATCHY = 0.05, 0.02  # log brightness, and tint, by which they differ from what is around then
 FADES = 8.0  # mm over which the photo fades out where it ends to show hair
 # Of what is around that it shows: none of it is taken up to the first, all from the second on.
 FADED = 0.35, 0.85
@@ -38,7 +38,9 @@ DIMMED = 0.1  # log brightness that it loses beside the ring
 RING = 42.0, 15.0  # degrees above the horizon that hair faces where the gloss is, and its width
 INNER_SIDE = 0.35  # how much of the photo shows on hair that it sees from within, in the dark
 SLANT = (0.25, 0.5)  # cosine to the camera: the photo is not shown up to it, and all from it on
-DRAWN = (0.8, 0.45)  # the same of strands over the photo: at a slant it is drawn out to a smear
+# The same of strands over the photo: at a slant it is drawn out to a smear. Beside the border of hair, where
+# its colours are continued, there are none of its own.
+DRAWN = (0.8, 0.45)
 BARE = (0.3, 0.55)  # the same for skin
 
 
@@ -202,6 +204,7 @@ class Painter:
         off = np.clip(tone - shell.chart.take(self.tone, there), -DIFFERS[0], DIFFERS[0])
         made += known[:, None] * (other * np.exp(off) - made)
         drawn = smoothstep(*DRAWN, np.abs(self._cosine(points, cells)))
+        drawn = np.maximum(drawn, 1 - bilinear(portrait.sharp, pixels))
         picture = picture * np.exp(drawn * detail)[:, None]
         color = made + shown[:, None] * (picture - made)
         before = smoothstep(6.0, 1.0, depth - body_depth(portrait, shell, pixels))

@@ -43,6 +43,7 @@ class Portrait:
     solid: np.ndarray  # bool, what the labels call hair
     linear: np.ndarray  # [H, W, 3] float32, the photo
     color: np.ndarray  # [H, W, 3] float32 linear, hair continued beyond its outline
+    sharp: np.ndarray  # float32 0..1, how far that is the photo's, not a smooth continuation
     behind: np.ndarray  # bool, background
     skin: np.ndarray  # bool, ears and neck too
     ears: np.ndarray  # bool
@@ -130,7 +131,7 @@ def look(
     )
     return Portrait(
         cut, scale_mm, hair, solid, linear,
-        _continued(linear, hair, regions == BACKGROUND, level, scale_mm),
+        *_continued(linear, hair, regions == BACKGROUND, level, scale_mm),
         regions == BACKGROUND, regions == SKIN, labels == EARS,
         warped(known, cv2.INTER_NEAREST) > 0,
         np.where(np.isfinite(found.depth), found.depth, NOTHING).astype(np.float32),
@@ -260,12 +261,16 @@ def _jewels(linear, level, scale):
 
 
 def _continued(linear, hair, backdrop, level, scale):
-    """The hair's colours, continued over what is not hair: nothing of skin or backdrop bleeds in."""
+    """The hair's colours, continued over what is not hair: nothing of skin or backdrop bleeds in.
+
+    Returns:
+        [H, W, 3] linear, and [H, W] 0..1 how far it is the photo's.
+    """
     off = cv2.distanceTransform((~backdrop).astype(np.uint8), cv2.DIST_L2, 3) / scale
     inner = cv2.distanceTransform((hair > 0.9).astype(np.uint8), cv2.DIST_L2, 3) / scale
     sure = (inner > INNER) & (off > HALO) & ~_jewels(linear, level, scale)
     if not sure.any():
         sure = hair >= min(0.9, float(hair.max()))
     spread = diffuse(linear, sure.astype(np.float32))
-    keep = cv2.GaussianBlur(sure.astype(np.float32), (0, 0), max(0.5 * scale, 0.3))[..., None]
-    return (spread + keep * (linear - spread)).astype(np.float32)
+    keep = cv2.GaussianBlur(sure.astype(np.float32), (0, 0), max(0.5 * scale, 0.3))
+    return (spread + keep[..., None] * (linear - spread)).astype(np.float32), keep
