@@ -15,7 +15,7 @@ from bakery.stages.hair import chart
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.directions import flow, photographed
 from bakery.stages.hair.mesh import CAP, cap_height, cap_surface
-from bakery.stages.hair.painter import DIFFERS, Painter
+from bakery.stages.hair.painter import DIFFERS, EVENED, Painter
 from bakery.stages.hair.portrait import _continued, before_face, look
 from bakery.stages.hair.presence import _hanging, _held
 from bakery.stages.hair.shell import make_shell
@@ -240,10 +240,34 @@ def test_patches_at_a_slant_have_the_tone_of_the_hair_around(curtains):
     seen = left & (plain.look[1] > 0.5) & (shell.there > 0.9)
     rise = (bright.look[0] - plain.look[0]).mean(-1)
     kept = rise + (bright.even - plain.even).mean(-1)
-    slanted, square = seen & (cosine < 0.35) & (rise > 0.6), seen & (cosine > 0.8) & (rise > 0.6)
+    most, least = EVENED
+    slanted, square = (seen & where & (rise > 0.6) for where in (cosine < least, cosine > most))
     assert slanted.sum() > 5 and square.sum() > 5
     assert kept[slanted].max() < 0.6 * rise[slanted].max()
     np.testing.assert_allclose(kept[square], rise[square], atol=1e-6)
+
+
+def test_what_is_continued_has_strands_of_its_own(curtains):
+    """Where the colours of the photo are drawn out or continued, made-up strands lie over them."""
+    portrait, shell = curtains
+    ways, _ = flow(portrait, shell, *photographed(portrait))
+    cells = chart.grid().reshape(-1, 2)
+    points = shell.surface(cells, 1.0)
+    streak = np.random.default_rng(0).normal(size=len(points))
+
+    def strands(sharp):
+        painter = Painter(replace(portrait, sharp=sharp * np.ones_like(portrait.hair)), shell, ways)
+        with_, without = (painter.color(points, cells, s)[0] for s in (streak, 0 * streak))
+        shown = painter.color(points, cells, streak)[1] > 0.95
+        square = shown & (np.abs(painter._cosine(points, cells)) > 0.85)
+        slant = shown & (np.abs(painter._cosine(points, cells)) < 0.6)
+        off = np.abs(np.log(with_ / without)).mean(-1)
+        assert square.sum() > 5 and slant.sum() > 5
+        return off[square].mean(), off[slant].mean(), painter.energy * np.abs(streak).mean()
+
+    square, slant, whole = strands(1.0)
+    assert square < 0.1 * whole < slant
+    assert strands(0.0)[0] == pytest.approx(whole, rel=0.5)
 
 
 def test_the_photo_fades_out_where_it_ends_to_show_hair(curtains):
@@ -266,6 +290,7 @@ def test_earrings_do_not_shine_in_hair():
         linear[where] = white
     solid, none = np.ones((160, 160), np.float32), np.zeros((160, 160), bool)
     none[:, -1] = True
-    out = _continued(linear, solid, none, 60.0, 1.0)
+    out, sharp = _continued(linear, solid, none, 60.0, 1.0)
+    assert sharp[earring].max() < 0.1 and sharp[80, 80] == 1 and sharp[80, 158] < 0.1
     np.testing.assert_allclose(out[earring], hair, rtol=0.1)
     assert out[highlight].max() > 0.5 and np.median(out[lock]) > 0.5
