@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from bakery.geometry.color import LUMA
 from bakery.geometry.fill import normalized_blur
-from bakery.landmarks import MOUTH_CORNERS, NOSE_BASE
+from bakery.landmarks import LIPS_OUTER, MOUTH_CORNERS, NOSE_BASE
 from bakery.stages.atlas import make_atlas, uv_polygon
 from bakery.stages.texture import calm
 
@@ -42,7 +42,8 @@ def test_streaks_are_brought_down_to_rest(head, face):
     most = sum(limit for _, limit, _ in calm.OCTAVES[:5])
     assert spread(made, core) < min(most, spread(streaked, core) / 2)
     assert_allclose(np.log(made[core]).mean(0), np.log(SKIN), atol=0.02)
-    away = weight == 0  # lips, nose, lids, brows and forehead
+    lip = uv_polygon(head, calm.MOUSTACHE, 1.6, on_skin.size).reshape(-1)[on_skin.index] > 0
+    away = (weight == 0) & ~lip  # nose, lids, brows and forehead; of the lip below
     assert away.sum() > 2000
     assert_allclose(made[away], streaked[away], rtol=1e-6)
 
@@ -128,3 +129,23 @@ def test_wide_hollows_beside_the_mouth_go(head, face):
     lighter = calm.calmed((SKIN**2 / hollow).astype(np.float32), plain, head, on_skin, 1.0)
     assert depth(lighter, cheek) < -0.1, "what is lighter than its sides is none"
     assert above.sum() > 50
+
+
+def test_shade_above_the_lip_is_no_moustache(head, face):
+    """An upper lip darker than the cheeks becomes lighter; one with hairs on it stays, and so do the lips."""
+    on_skin, places, _ = face
+    plain = np.ones(len(places), np.float32)
+    ring = uv_polygon(head, calm.MOUSTACHE, 0.8, on_skin.size).reshape(-1)[on_skin.index] > 0
+    lips = uv_polygon(head, LIPS_OUTER, 1.0, on_skin.size).reshape(-1)[on_skin.index] > 0
+    pores = np.random.default_rng(1).normal(1, 0.02, (len(places), 1)).astype(np.float32)
+    shaded = SKIN * pores * np.where(ring, 0.75, np.where(lips, 0.6, 1))[:, None]
+    made = calm.calmed(shaded, plain, head, on_skin, 1.0)
+    gain = np.log(made / shaded)
+    base = head.landmarks(head.mean)[NOSE_BASE[0], 1]
+    middle = ring & (places[:, 1] < base + calm.UNDER_NOSE[1])
+    assert middle.sum() > 100 and np.median(gain[middle]) > 0.1
+    assert np.abs(gain[lips]).max() < 0.05
+    hairs = np.random.default_rng(2).normal(1, 0.5, (len(places), 1)).clip(0.2)
+    grown = (shaded * np.where(ring[:, None], hairs, 1)).astype(np.float32)
+    kept = np.log(calm.calmed(grown, plain, head, on_skin, 1.0) / grown)
+    assert np.abs(kept[middle]).max() < 0.01

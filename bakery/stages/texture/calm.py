@@ -55,6 +55,9 @@ BELOW, BESIDE = 3.0, (20.0, 12.0)
 # mm: half the width of the widest hollow, the blur by which folds are none, and above the nose's
 # base, where none is filled and where all are. Of the logarithm: how deep one may be, and what of it stays.
 HOLLOW, HOLLOW_SOFT, HOLLOW_BELOW, DEEP, FAINT = 15.0, 2.5, (18.0, 4.0), 0.45, 0.015
+# Above the lip: how much larger its ring is, of its shade what is filled, and mm: from lips and nose, where
+# none is and where all is, and the same below the nose's base.
+UPPER_LIP, SHADE, OFF_LIPS, OFF_NOSE, UNDER_NOSE = 1.15, 0.9, (0.5, 3.0), (0.5, 2.5), (1.0, -3.0)
 COARSE = 3.0  # pixels, standard deviation of a blur that needs no finer picture
 DARK = 2e-3  # linear
 
@@ -74,7 +77,7 @@ def calmed(
     weight, texel = _cheeks(head, on_skin)
     window = around(weight > 0, 0)
     log = np.log(np.maximum(on_skin.paint(colors.astype(np.float32))[window], DARK))
-    beard = _beard(head, on_skin, log, weight, window, texel)
+    beard, shaven = _beard(head, on_skin, log, weight, window, texel)
     weight = (share * weight * on_skin.paint(plain))[window] * (1 - beard)
     change, fine, known = np.zeros_like(log), log, (weight > 0).astype(np.float32)
     for width, *most in OCTAVES:
@@ -87,9 +90,9 @@ def calmed(
         fine = coarse
     factor = np.ones(on_skin.size * on_skin.size * 3, np.float32).reshape(on_skin.size, -1, 3)
     factor[window] = np.exp(change * weight[..., None])
-    return _without_hollows(
-        colors * factor.reshape(-1, 3)[on_skin.index], weight, window, head, on_skin, texel
-    )
+    made = colors * factor.reshape(-1, 3)[on_skin.index]
+    made = _without_hollows(made, weight, window, head, on_skin, texel)
+    return _without_shade(made, plain, head, on_skin, share * shaven, texel)
 
 
 def _without_hollows(colors, weight, window, head, on_skin, texel):
@@ -109,6 +112,30 @@ def _without_hollows(colors, weight, window, head, on_skin, texel):
     return levelled(colors, on_skin, where, 1.0, HOLLOW, DEEP, HOLLOW_SOFT, FAINT)
 
 
+def _without_shade(colors, plain, head, on_skin, share, texel):
+    """Colours [N, 3] whose upper lip is about as light as the cheeks beside it.
+
+    A smile draws it wide: shade and stubble are pushed together at rest, and look like a moustache.
+    """
+
+    def off(ring):
+        inside = uv_polygon(head, ring, 1.0, on_skin.size).astype(np.uint8)
+        away = cv2.distanceTransform(1 - inside, cv2.DIST_L2, 5) * texel
+        return away.reshape(-1)[on_skin.index]
+
+    lips, nose = off(marks.LIPS_OUTER), off(NOSE)
+    base = head.landmarks(head.mean)[marks.NOSE_BASE[0], 1]
+    lip = uv_polygon(head, MOUSTACHE, UPPER_LIP, on_skin.size).astype(np.float32)
+    lip = cv2.GaussianBlur(lip, (0, 0), HOLLOW_SOFT / texel).reshape(-1)[on_skin.index]
+    weight = smoothstep(0.2, 0.8, lip) * smoothstep(*OFF_LIPS, lips) * smoothstep(*OFF_NOSE, nose)
+    weight = SHADE * share * plain * weight
+    weight = weight * smoothstep(*UNDER_NOSE, on_skin.at(head.mean)[:, 1] - base)
+    rows = np.flatnonzero(weight > 0)
+    known = ((lips > OFF_LIPS[0]) & (nose > OFF_NOSE[0])).astype(np.float32)
+    where = rows, weight[rows], texel
+    return levelled(colors, on_skin, where, 1.0, HOLLOW, DEEP, HOLLOW_SOFT, FAINT, known)
+
+
 def _blurred(values, known, sigma):
     """`normalized_blur` of values [h, w] or [h, w, c], of wide blurs at a size at which they cost nothing."""
     shrink = max(int(sigma / COARSE), 1)
@@ -126,7 +153,10 @@ def _blurred(values, known, sigma):
 
 
 def _beard(head, on_skin, log, weight, window, texel):
-    """How surely a texel of the window [h, w] may hold a beard, as the detail on chin and upper lip tells."""
+    """How surely a texel of the window [h, w] may hold a beard, as the detail on chin and upper lip tells.
+
+    And how surely the face is shaven, 0..1.
+    """
     places, points = on_skin.at(head.mean), head.landmarks(head.mean)
     level = points[marks.MOUTH_CORNERS, 1].mean()
     below = on_skin.paint(smoothstep(level + BELOW, level - BELOW, places[:, 1]))[window]
@@ -139,7 +169,8 @@ def _beard(head, on_skin, log, weight, window, texel):
     chin, above = (np.median(detail[part]) / usual for part in (plain & (below > 0.5), lip > 0))
     away = cv2.distanceTransform(1 - lip, cv2.DIST_L2, 5) * texel
     moustache = smoothstep(*BESIDE, away) * smoothstep(*MOUSTACHED, above)
-    return np.maximum(below * smoothstep(*CHIN, chin), moustache)
+    bearded, grown = smoothstep(*CHIN, chin), smoothstep(*MOUSTACHED, above)
+    return np.maximum(below * bearded, moustache), float((1 - bearded) * (1 - grown))
 
 
 def _cheeks(head: HeadModel, on_skin: Atlas) -> tuple[np.ndarray, float]:

@@ -71,6 +71,7 @@ def levelled(
     most: float,
     soft: float = SOFT,
     least: float = 0.0,
+    known: np.ndarray | None = None,
 ) -> np.ndarray:
     """Colours [N, 3] whose dark places up to `radius` mm are as light as the darker of their sides.
 
@@ -80,6 +81,7 @@ def levelled(
         most: of the logarithm that they may get lighter by.
         soft: mm, standard deviation of the blur that what is narrower is left out by.
         least: of the logarithm: of any place so much stays.
+        known: [N] 0..1, what is no skin of the kind, as the skin's border; None has all.
     """
     rows, weight, texel = where
     if not len(rows):
@@ -90,7 +92,8 @@ def levelled(
     window = np.s_[top : int(y.max()) + pad, left : int(x.max()) + pad]
     # Each channel by itself: what lies in a fold is redder than the skin beside it.
     light = on_skin.paint(np.log(np.maximum(colors, DARK)).astype(np.float32))[window]
-    skin = on_skin.paint(np.ones((len(colors), 3), np.float32))[window]
+    skin = np.ones(len(colors), np.float32) if known is None else known
+    skin = on_skin.paint(np.repeat(skin[:, None], 3, 1))[window]
     # Wide places need no fine picture, and the disc costs the square of its width.
     whole, shrink = light.shape[1::-1], max(int(soft / texel / COARSE), 1)
     small = tuple(-(-n // shrink) for n in whole)
