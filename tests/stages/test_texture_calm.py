@@ -42,8 +42,8 @@ def test_streaks_are_brought_down_to_rest(head, face):
     most = sum(limit for _, limit, _ in calm.OCTAVES[:5])
     assert spread(made, core) < min(most, spread(streaked, core) / 2)
     assert_allclose(np.log(made[core]).mean(0), np.log(SKIN), atol=0.02)
-    lip = uv_polygon(head, calm.MOUSTACHE, 2.0, on_skin.size).reshape(-1)[on_skin.index] > 0
-    away = (weight == 0) & ~lip  # nose, lids, brows and forehead; of the lip below
+    base = head.landmarks(head.mean)[NOSE_BASE[0], 1]
+    away = (weight == 0) & (places[:, 1] > base + calm.UNDER_NOSE[0])  # nose, lids, brows, forehead
     assert away.sum() > 2000
     assert_allclose(made[away], streaked[away], rtol=1e-6)
 
