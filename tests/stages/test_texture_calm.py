@@ -43,7 +43,9 @@ def test_streaks_are_brought_down_to_rest(head, face):
     assert spread(made, core) < min(most, spread(streaked, core) / 2)
     assert_allclose(np.log(made[core]).mean(0), np.log(SKIN), atol=0.02)
     base = head.landmarks(head.mean)[NOSE_BASE[0], 1]
-    away = (weight == 0) & (places[:, 1] > base + calm.UNDER_NOSE[0])  # nose, lids, brows, forehead
+    lips = uv_polygon(head, LIPS_OUTER, 1.0, on_skin.size).reshape(-1)[on_skin.index] > 0
+    # Lips, nose, lids, brows and forehead; what is between nose and lips is shade.
+    away = (weight == 0) & (lips | (places[:, 1] > base + calm.UNDER_NOSE[0]))
     assert away.sum() > 2000
     assert_allclose(made[away], streaked[away], rtol=1e-6)
 

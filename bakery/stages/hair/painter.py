@@ -189,7 +189,7 @@ class Painter:
         portrait, shell = self.portrait, self.shell
         pixels, depth = portrait.pixels(points)
         air, on_skin = shell.chart.take(self.carving, cells).T
-        picture, shown = self._shown(points, cells, skin)
+        picture, shown, cosine = self._shown(points, cells, skin)
         tone = shell.chart.take(self.tone, cells)
         unseen = shell.chart.take(self.unseen, cells)
         light = unseen * self._light(cells)
@@ -200,10 +200,10 @@ class Painter:
         made = np.exp(tone + (np.log(SHADE) * unseen + level)[:, None])
         # A side that is hardly seen looks as the other one does, in its own tone.
         there = charts.mirrored(cells)
-        other, known = self._shown(shell.chart.mirrored(points), there)
+        other, known, _ = self._shown(shell.chart.mirrored(points), there)
         off = np.clip(tone - shell.chart.take(self.tone, there), -DIFFERS[0], DIFFERS[0])
         made += known[:, None] * (other * np.exp(off) - made)
-        drawn = smoothstep(*DRAWN, np.abs(self._cosine(points, cells)))
+        drawn = smoothstep(*DRAWN, np.abs(cosine))
         drawn = np.maximum(drawn, 1 - bilinear(portrait.sharp, pixels))
         picture = picture * np.exp(drawn * detail)[:, None]
         color = made + shown[:, None] * (picture - made)
@@ -213,7 +213,7 @@ class Painter:
         return color, shown, 1 - before * (1 - bilinear(portrait.hair, pixels))
 
     def _shown(self, points, cells, skin=False):
-        """What the photo shows of places [n, 3]: colours [n, 3] linear, and how surely [n]."""
+        """What the photo shows of places [n, 3]: colours [n, 3] linear, how surely [n], and from which cosine [n]."""
         portrait, shell = self.portrait, self.shell
         pixels, depth = portrait.pixels(points)
         thick = shell.chart.take(shell.radius - shell.base, cells)
@@ -230,7 +230,7 @@ class Painter:
             bare = bare * (1 - shell.chart.take(self.aside, cells))
             picture = picture + bare[:, None] * (bilinear(portrait.linear, pixels) - picture)
             sure = np.maximum(sure, bare * smoothstep(*BARE, np.abs(slant)))
-        return picture, shown * sure
+        return picture, shown * sure, slant
 
     def _carving(self):
         """How far the photo may cut hair off before backdrop, and before skin: [ROWS, COLUMNS, 2] 0..1.
@@ -252,10 +252,10 @@ class Painter:
         portrait, shell = self.portrait, self.shell
         cells = charts.grid().reshape(-1, 2)
         points = shell.surface(cells, 1.0)
-        _, shown = self._shown(points, cells)
+        _, shown, cosine = self._shown(points, cells)
         pixels, _ = portrait.pixels(points)
         beside = at(portrait.skin, pixels) & portrait.inside(pixels)
-        beside = beside * smoothstep(*BARE, self._cosine(points, cells))
+        beside = beside * smoothstep(*BARE, cosine)
         shown = np.maximum(shown, beside).reshape(ROWS, COLUMNS)
         return smoothstep(*FADED, charts.smooth(shown, FADES))
 

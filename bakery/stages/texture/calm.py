@@ -117,6 +117,8 @@ def _without_shade(colors, plain, head, on_skin, share, texel):
 
     A smile draws it wide: shade and stubble are pushed together at rest, and look like a moustache.
     """
+    if not share:
+        return colors
 
     def off(ring):
         inside = uv_polygon(head, ring, 1.0, on_skin.size).astype(np.uint8)

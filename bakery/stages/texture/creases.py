@@ -81,7 +81,7 @@ def levelled(
         most: of the logarithm that they may get lighter by.
         soft: mm, standard deviation of the blur that what is narrower is left out by.
         least: of the logarithm: of any place so much stays.
-        known: [N] 0..1, what is no skin of the kind, as the skin's border; None has all.
+        known: [N] 0..1, 0 on what neither fills nor is filled, as beyond the skin's border; None has all.
     """
     rows, weight, texel = where
     if not len(rows):

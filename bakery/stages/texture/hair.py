@@ -53,10 +53,8 @@ POCKETS = 0.25  # of the eye distance, from the background: how far between stra
 # the second.
 RAGGED = (0.7, 0.4)
 COMB = 90  # share of the atlas that its teeth are wide
-NEARBY = (
-    0.03,
-    0.15,
-)  # cosine: made-up hair has the tone of the hair around its pixel, not and wholly
+# Cosine: made-up hair has the tone of the hair around its pixel, not and wholly.
+NEARBY = (0.03, 0.15)
 LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
 ON_SKIN = (89.0, 82.0)  # degrees: off the scalp the photo says nothing beyond the first
 BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
@@ -244,11 +242,11 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     line = single_hairs(smoothstep(0.1, 0.9, grown + fray), rank)
     unseen = (1 - seen) * strip * line * (1 - lost) * (1 - atlas.paint(on_ears(head, atlas)))
     dark = np.log(np.maximum(color, 1e-3))  # dark hair stays dark beside its highlights
-    local, near = tone_around(linear, mattes.hair)
-    near = bilinear(near, pixels) * smoothstep(*NEARBY, visibility.cosine)
+    local, close = tone_around(linear, mattes.hair)
+    close = bilinear(close, pixels) * smoothstep(*NEARBY, visibility.cosine)
     tone = tone_of(
         color, sure if sure.any() else lock, own, linear, mattes.hair, mattes.skin,
-        atlas.paint(bilinear(local, pixels)), atlas.paint(near) * told,
+        atlas.paint(bilinear(local, pixels)), atlas.paint(close) * told,
     )  # fmt: skip
     smooth = np.exp(both_sides(tone, seen))
     made = smooth * np.exp(_energy(color, sure) * noise)[..., None]
