@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 
+from bakery.heads.scalp import ear_box
 from bakery.landmarks import EYES
 from bakery.stages.hair.portrait import _unlike_backdrop, without_glare
+from bakery.stages.hair.sideburns import HEIGHTS, sideburns
 from bakery.stages.hair.temples import SOFT, Temples, temples_of
 
-FRONT, TOP = 128.0, 6.0  # mm, as the built-in head has them
+FRONT, BOTTOM, TOP = 128.0, -45.0, 6.0  # mm, as the built-in head has them
+NONE = np.zeros((2, len(HEIGHTS)))  # sideburns
 ACROSS, UP = np.meshgrid(np.arange(30.0, 140.0, 2.0), np.arange(-40.0, 120.0, 2.0))
 BETWEEN = (ACROSS > 72) & (ACROSS < 116) & (UP > -10) & (UP < 90)  # where the line counts wholly
 
@@ -15,7 +18,7 @@ BETWEEN = (ACROSS > 72) & (ACROSS < 116) & (UP > -10) & (UP < 90)  # where the l
 @pytest.fixture(scope="module")
 def left():
     flat = np.stack([ACROSS, UP], -1)
-    return Temples(flat, np.ones(ACROSS.shape, bool), FRONT, TOP)
+    return Temples(flat, np.ones(ACROSS.shape, bool), FRONT, BOTTOM, TOP)
 
 
 def sloping(up):
@@ -25,7 +28,7 @@ def sloping(up):
 
 def test_a_smooth_line_stays(left):
     hair = (ACROSS > sloping(UP)).astype(np.float32)
-    out = left.smooth(hair, np.zeros(hair.shape))
+    out = left.smooth(hair, np.zeros(hair.shape), NONE)
     off = np.abs(ACROSS - sloping(UP))
     # Half of a soft edge, and 3 mm: a cell, and what the middle of seven rows leaves at a slope.
     assert np.abs(out - hair)[BETWEEN & (off > SOFT + 3)].max() < 0.05
@@ -37,7 +40,7 @@ def test_notches_and_spikes_go(left):
         0  # a notch behind a lock, above the ear
     )
     hair[(UP > 60) & (UP < 66) & (ACROSS > 60)] = 1  # a spike of three rows
-    out = left.smooth(hair, np.zeros(hair.shape))
+    out = left.smooth(hair, np.zeros(hair.shape), NONE)
     plain = ACROSS > sloping(UP)
     off = np.abs(ACROSS - sloping(UP))
     assert np.abs(out - plain)[BETWEEN & (off > SOFT + 3)].max() < 0.05
@@ -46,27 +49,78 @@ def test_notches_and_spikes_go(left):
 def test_beside_an_ear_only_what_joins_it_is_a_sideburn(left):
     hair = ((UP > 20) & (ACROSS > 80)).astype(np.float32)
     hair[(UP < 0) & (ACROSS > 75) & (ACROSS < 95)] = 1  # the arm of glasses
-    out = left.smooth(hair, np.zeros(hair.shape))
+    out = left.smooth(hair, np.zeros(hair.shape), NONE)
     assert out[(UP < -8) & (UP > -14) & (ACROSS > 72) & (ACROSS < 116)].max() < 0.05
+
+
+def test_a_sideburn_goes_down_before_the_ear_it_was_seen_at(left):
+    hair = ((UP > 20) & (ACROSS > 80)).astype(np.float32)
+    burns = NONE.copy()
+    burns[0, HEIGHTS > 0.6] = 1
+    out = left.smooth(hair, np.zeros(hair.shape), burns)
+    down = BOTTOM + 0.6 * (TOP - BOTTOM)
+    before = (ACROSS > FRONT - 9) & (ACROSS < FRONT - 5)  # 18 mm wide, of that 10 soft
+    assert out[before & (UP > down + 8) & (UP < 15)].min() > 0.9
+    assert out[before & (UP < down - 8)].max() < 0.1
+    assert out[(UP < 0) & (ACROSS < FRONT - 30)].max() < 0.05
+    above = left.above_ears(burns)
+    assert above[(UP > TOP) & (UP < TOP + 20) & (ACROSS > FRONT)].min() == 1
+    assert above[UP < TOP - 4].max() == 0 and left.above_ears(burns[::-1]).max() == 0
+
+
+def edge_on(head):
+    """Places on the skin, their pixels seen from the front at 4 pixels a mm, and cosines."""
+    faces = head.faces[head.part_faces("skin")]
+    places = head.mean[faces].mean(1)
+    normals = np.cross(*(head.mean[faces[:, k]] - head.mean[faces[:, 0]] for k in (1, 2)))
+    cosine = normals[:, 2] / np.linalg.norm(normals, axis=1)
+    pixels = np.stack([500 + 4 * places[:, 0], 600 - 4 * places[:, 1]], 1)
+    return places, pixels, cosine
+
+
+def test_sideburns_are_seen_as_far_down_as_there_is_hair_beside_the_cheek(head):
+    places, pixels, cosine = edge_on(head)
+    hair = np.zeros((1200, 1000), np.float32)
+    assert sideburns(head, places, pixels, cosine, hair).max() == 0
+    _, _, bottom, top = ear_box(head)
+    for side, columns in enumerate(
+        (slice(795, 830), slice(170, 205))
+    ):  # beside the skull, on one side
+        one = hair.copy()
+        down = bottom + 0.75 * (top - bottom)
+        one[: int(600 - 4 * down), columns] = 1
+        found = sideburns(head, places, pixels, cosine, one)
+        assert (found[side] > 0.5).tolist() == (HEIGHTS > 0.75).tolist()
+        assert found[1 - side].max() == 0
+
+
+def test_a_side_that_is_turned_away_has_the_sideburn_of_the_other(head):
+    places, pixels, cosine = edge_on(head)
+    hair = np.zeros((1200, 1000), np.float32)
+    hair[:500] = 1
+    there = sideburns(head, places, pixels, cosine, hair)
+    hair[:, :500] = 0  # the photo has none on the subject's right
+    hidden = np.where((places[:, 0] < 0) & (cosine < 0.4), -0.1, cosine)
+    assert np.array_equal(sideburns(head, places, pixels, hidden, hair)[1], there[1])
 
 
 def test_what_is_seen_squarely_stays_as_it_is(left):
     hair = (np.random.default_rng(1).random(ACROSS.shape) > 0.5).astype(np.float32)
-    assert np.array_equal(left.smooth(hair, np.full(hair.shape, 0.5)), hair)
+    assert np.array_equal(left.smooth(hair, np.full(hair.shape, 0.5), NONE), hair)
 
 
 def test_nothing_changes_before_the_face_nor_behind_the_ear(left):
     hair = (np.random.default_rng(2).random(ACROSS.shape) > 0.5).astype(np.float32)
-    out = left.smooth(hair, np.zeros(hair.shape))
-    outside = (ACROSS < 52) | (ACROSS > FRONT + 2) | (UP > 115) | (UP < TOP - 30)
+    out = left.smooth(hair, np.zeros(hair.shape), NONE)
+    outside = (ACROSS < 52) | (ACROSS > FRONT + 2) | (UP > 115) | (UP < TOP - 38)
     assert np.array_equal(out[outside], hair[outside]) and (out != hair).any()
 
 
 def test_sides_do_not_tell_of_each_other():
     flat = np.stack([ACROSS, UP], -1)
-    both = Temples(np.stack([flat, flat]), np.stack([ACROSS > 0, ACROSS < 0]), FRONT, TOP)
+    both = Temples(np.stack([flat, flat]), np.stack([ACROSS > 0, ACROSS < 0]), FRONT, BOTTOM, TOP)
     one, none = (ACROSS > sloping(UP)).astype(np.float32), np.zeros(ACROSS.shape, np.float32)
-    out = both.smooth(np.stack([one, none]), np.zeros((2, *ACROSS.shape)))
+    out = both.smooth(np.stack([one, none]), np.zeros((2, *ACROSS.shape)), NONE)
     assert out[1][BETWEEN].max() == 0 and out[0][BETWEEN].max() > 0.99
 
 

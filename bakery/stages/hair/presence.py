@@ -14,6 +14,7 @@ from bakery.heads.scalp import scalp
 from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS, Chart
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
+from bakery.stages.hair.sideburns import sideburns
 from bakery.stages.hair.temples import Temples
 
 SIDE = 60.0, 74.0  # degrees from the camera: what hangs beside the face is farther round
@@ -31,6 +32,7 @@ HELD = 10  # rows below the chart's equator down to which hair grows where it is
 HANGS = 14  # rows below the equator from which hair hangs
 SKIPPED = 2  # rows that hair before cheeks hangs over
 BETWEEN = 5  # columns, wider than what hangs below a gap between locks
+SLIT = 9  # columns, wider than a gap in hair that hangs over an ear
 HOLE = 24  # cells: smaller gaps in hair are none
 EAR = 3.0  # mm off the skull: ears
 SKIN = 3.0  # mm over which what the photo shows on the skin is gathered
@@ -44,6 +46,7 @@ class Seen:
     hair: np.ndarray  # 0..1
     told: np.ndarray  # 0..1, whether it shows skin or hair
     cosine: np.ndarray  # to the line of sight
+    burns: np.ndarray  # [2, 12] 0..1, of `sideburns`
 
 
 def growth_of(chart: Chart, head: HeadModel, neutral: np.ndarray) -> np.ndarray:
@@ -168,6 +171,7 @@ def presence(
     sure = (2 * there - 1) ** 2 + 1e-3
     beside = charts.smooth(there * sure, BESIDE) / charts.smooth(sure, BESIDE)
     there = beside + np.clip(sure, 0, 1) * (there - beside)
+    there[DOME:] = np.where(under, _without_slits(there[DOME:]), there[DOME:])
     there = _hanging(there, turn)
     line = np.clip(1.2 * (charts.smooth(_held(there), LINE) - 0.5) + 0.5, 0, 1)
     return _held(line), upper * square + (1 - upper) * seen
@@ -207,6 +211,7 @@ def seen_on(chart: Chart, portrait: Portrait, head: HeadModel, neutral: np.ndarr
     return Seen(
         np.clip(gathered(weight * hair) / np.maximum(gathered(weight), 1e-9), 0, 1),
         np.clip(gathered(told * 1.0) / count, 0, 1), gathered(cosine) / count,
+        sideburns(head, head.mean[faces].mean(1), pixels, cosine, portrait.hair),
     )  # fmt: skip
 
 
@@ -214,7 +219,8 @@ def _grown(seen, usual, temples):
     """Where hair grows out of the skin, and how squarely that is seen."""
     own, other = trusted(seen.cosine, seen.told)
     grown = weighed(own, other, seen.hair, usual, lambda grid: charts.smooth(grid, LINE))
-    return temples.smooth(grown, seen.cosine * seen.told), own
+    grown = temples.smooth(grown, seen.cosine * seen.told, seen.burns)
+    return np.maximum(grown, temples.above_ears(seen.burns)), own
 
 
 def trusted(
@@ -310,6 +316,17 @@ def _hanging(there: np.ndarray, turn: np.ndarray) -> np.ndarray:
         beside = beside[0, COLUMNS // 8 : -(COLUMNS // 8)]
         out[row] = np.maximum(held, np.minimum(out[row], beside))
     return out
+
+
+def _without_slits(there: np.ndarray) -> np.ndarray:
+    """Presence [n, COLUMNS] of hair that hangs over ears, without gaps beside the locks next to the face.
+
+    Earrings, lit strands and the neck behind are what shows there.
+    """
+    wide = np.pad(there.astype(np.float32), ((0, 0), (SLIT, SLIT)), "wrap")
+    closed = cv2.morphologyEx(wide, cv2.MORPH_CLOSE, np.ones((1, SLIT), np.uint8))
+    closed = closed[:, SLIT:-SLIT]
+    return np.where((there <= 0.5) & (closed > 0.5), 1, there)
 
 
 def _held(there: np.ndarray) -> np.ndarray:

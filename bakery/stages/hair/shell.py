@@ -103,8 +103,7 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
     eye = cameras.position(portrait.camera)
     front = sides_of(chart, eye)[2]
     turn = charts.azimuth() - front
-    _, beside = _outline(chart, portrait, chart.skull, eye)
-    base, covered = _base(chart, portrait, front, beside[LOBES].max(0) > 0.5)
+    base, covered = _base(chart, portrait, front, _beside_lobes(portrait, chart, eye))
     ear = cv2.dilate((chart.ears - chart.skull > 3).astype(np.uint8), np.ones((3, 3))) > 0
     ear &= (cells[..., 1] > DOME - 8) & (cells[..., 1] < DOME + 24)
     for side, under in zip((charts.azimuth() < 0, charts.azimuth() > 0), covered):
@@ -136,6 +135,20 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
     rows = np.flatnonzero((there > 0.5).any(1))
     lowest = charts.EQUATOR - (rows[-1] + 1 - DOME) * STEP if len(rows) else charts.EQUATOR
     return Shell(chart, base, radius, there, seen, growth, float(chin - lowest))
+
+
+def _beside_lobes(portrait: Portrait, chart: Chart, eye: np.ndarray) -> np.ndarray:
+    """Whether hair hangs beside the lobe of each (right, left) ear: [2] bool.
+
+    It stands out farther than an ear does: a narrow rim is the ear itself, in the shade, or an earring.
+    """
+    far, hairy = _outline(chart, portrait, chart.skull, eye)
+    rows = np.arange(ROWS) + 0.5
+    columns = (np.array(sides_of(chart, eye)[:2]) / (2 * np.pi) + 0.5) * COLUMNS
+    cells = np.stack(np.broadcast_arrays(columns, rows[:, None]), -1)
+    off = np.nan_to_num(far - chart.take(chart.skull, cells), nan=0.0)
+    found: np.ndarray = (hairy[LOBES].max(0) > 0.5) & (off[LOBES].max(0) > OFF)
+    return found
 
 
 def _without_hem(there: np.ndarray, free: np.ndarray) -> np.ndarray:

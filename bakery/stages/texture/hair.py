@@ -15,6 +15,7 @@ from bakery.landmarks import CHIN, OVAL, face_size
 from bakery.stages.atlas import Atlas, soften, uv_polygon
 from bakery.stages.hair.portrait import without_glare
 from bakery.stages.hair.presence import trusted, weighed
+from bakery.stages.hair.sideburns import sideburns
 from bakery.stages.hair.temples import temples_of
 from bakery.stages.segment import (
     BACKGROUND,
@@ -222,10 +223,13 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     near = from_both(here[..., None], near.astype(np.float32), own)
     usual = growth * smoothstep(0.35, 0.65, both_sides(near, on_skin))[..., 0]
     grown = weighed(own, other, here, usual, blurred)
-    grown = temples_of(head, atlas.at(head.mean)).smooth(
-        grown.reshape(-1)[atlas.index], visibility.cosine * told.reshape(-1)[atlas.index]
+    places = atlas.at(head.mean)
+    temples = temples_of(head, places)
+    burns = sideburns(head, places, pixels, visibility.cosine, mattes.hair)
+    grown = temples.smooth(
+        grown.reshape(-1)[atlas.index], visibility.cosine * told.reshape(-1)[atlas.index], burns
     )
-    grown = atlas.paint(grown)
+    grown = np.maximum(atlas.paint(grown), growth * atlas.paint(temples.above_ears(burns)))
     own, look = (
         soften(weight.astype(np.float32), inside)
         for weight in (own, np.minimum(own, smoothstep(*LOOK, cosine)))

@@ -24,6 +24,8 @@ SLANTING = (75.0, 55.0)  # degrees from which on tones are not believed, and up 
 PALER = 0.6  # log of red over blue: skin of one face, in all its parts, differs less
 GRAZING = (75.0, 45.0)  # degrees: from the second on the light behind a head may glare on its skin
 GLARE_PALER, GLARE_LIGHTER = (0.2, 0.45), (0.15, 0.4)  # log of red over blue, and of luminance
+BETTER = (0.15, 0.35)  # cosine by which the other half is seen better: no matter, it stands in
+STREAKED = (0.55, 0.35)  # cosine from which on it does not, and up to which it does
 UP_TO_HAIR = 0.9  # of the face's contour
 HAIR_DARKER, HAIR_PALER = (0.3, 0.7), (0.2, 0.45)  # log by which beards are darker and less red
 BLUR = 1 / 500  # of the atlas's side, before colours are compared
@@ -160,6 +162,7 @@ def unwrap_albedo(
     albedo = atlas.paint(reflectance(color, shade))
     slant = atlas.paint(1 - visibility.weight(*GRAZING))
     weight = without_foreign(albedo, atlas.paint(weight), slant, head)
+    weight = without_worse(weight, atlas.paint(visibility.cosine), inner_face(head, atlas.size))
     beard = bearded(albedo, weight, head)
     shadow = atlas.paint(bilinear(mattes.shadow, pixels)) * (1 - beard)
     square = np.maximum(atlas.paint(visibility.weight(*SLANTING)), inner_face(head, atlas.size))
@@ -173,6 +176,21 @@ def unwrap_albedo(
         atlas.paint(shade),
         on_skin,
     )
+
+
+def without_worse(weight: np.ndarray, cosine: np.ndarray, face: np.ndarray) -> np.ndarray:
+    """The weight [T, T] without what the other half of the face shows much better.
+
+    On the far side of a nose a pixel is a long streak, and the nose's edge a dark line along its ridge.
+
+    Args:
+        weight: [T, T] 0..1.
+        cosine: [T, T] between the skin and the line of sight.
+        face: [T, T] 0..1, 1 well within the face.
+    """
+    worse = smoothstep(*BETTER, cosine[:, ::-1] - cosine) * smoothstep(*STREAKED, cosine) * face
+    out: np.ndarray = weight * (1 - worse * weight[:, ::-1])
+    return out
 
 
 def up_to_hair(mattes: Mattes, head: HeadModel, atlas: Atlas, pixels: np.ndarray) -> np.ndarray:
