@@ -17,7 +17,7 @@ from bakery.stages.hair.directions import flow, photographed
 from bakery.stages.hair.mesh import CAP, cap_height, cap_surface
 from bakery.stages.hair.painter import DIFFERS, EVENED, Painter
 from bakery.stages.hair.portrait import _continued, before_face, look
-from bakery.stages.hair.presence import _hanging, _held
+from bakery.stages.hair.presence import SLIT, _hanging, _held, _slits
 from bakery.stages.hair.shell import make_shell
 from bakery.stages.segment import BACKGROUND, HAIR, HIDDEN, SKIN, Segmentation
 from bakery.types import EXPRESSIONS, Camera, Fit
@@ -103,6 +103,19 @@ def test_nothing_hangs_before_the_face_from_nothing():
     there[:, front - 4 : front + 5] = 1
     there[DOME + 3 : DOME + 6, front - 1 : front + 2] = 0  # a gap in a sheet of hair
     np.testing.assert_array_equal(_hanging(there, turn), there)
+
+
+def test_hair_over_an_ear_hangs_without_slits_and_ends_where_it_did():
+    there = np.zeros((20, COLUMNS))
+    there[:15, 60:] = 1
+    there[:10, 57 : 60 + 2] = 1
+    there[4:15, 62 : 62 + SLIT - 2] = 0  # beside a lock that ends five rows higher
+    there[:, 0:40] = 0.3  # the face, wider than any slit
+    out = np.maximum(there, _slits(there))
+    assert (out[:10, 57:] == 1).all()
+    np.testing.assert_array_equal(out[10:15, :62], there[10:15, :62])
+    np.testing.assert_array_equal(out[15:], there[15:])
+    np.testing.assert_array_equal(out[:, :57], there[:, :57])
 
 
 def test_small_holes_are_filled_and_large_ones_are_not():

@@ -17,7 +17,7 @@ from bakery.stages.hair.directions import photographed
 from bakery.stages.hair.mesh import _clipped
 from bakery.stages.hair.portrait import look
 from bakery.stages.hair.presence import _held
-from bakery.stages.hair.shell import make_shell
+from bakery.stages.hair.shell import _beside_lobes, make_shell
 from bakery.stages.segment import BACKGROUND, EARS, HAIR, HAT, SKIN, Segmentation
 from bakery.types import EXPRESSIONS, HAIR_TRIANGLES, Camera, Fit
 
@@ -257,6 +257,18 @@ def test_an_ear_that_is_seen_lies_before_the_hair(head, fit):
     before &= chart.azimuth() > -1.2
     rows = slice(chart.DOME + 12, chart.DOME + 20)
     assert free.there[rows][:, before].sum() <= under.there[rows][:, before].sum()
+
+
+@pytest.mark.parametrize("wide, hangs", [(7, False), (20, True)])
+def test_a_rim_beside_a_lobe_is_the_ear_itself(wide, hangs, head, fit):
+    """Ears in the shade and earrings are taken for hair: they stand out less than hair over an ear."""
+    right = cv2.dilate(bare(head, fit).astype(np.uint8), np.ones((1, 2 * wide + 1))) > 0
+    y, x = np.mgrid[:SIDE, :SIDE]
+    right &= (x < 160) & (y > 150) & (y < 290) & ~((x > 130) & (y > 215))
+    chart_ = chart.make_chart(head, head.mean)
+    portrait = look(*painted(head, fit, right), fit, head, head.mean)
+    found = _beside_lobes(portrait, chart_, cameras.position(fit.camera))
+    assert found.tolist() == [hangs, False]
 
 
 def test_triangles_are_cut_at_a_line():

@@ -18,6 +18,7 @@ from bakery.stages.texture.unwrap import (
     rims,
     shading,
     up_to_hair,
+    without_worse,
 )
 
 
@@ -119,3 +120,15 @@ def test_dark_hair_below_the_nose_is_no_shadow(head):
     top = np.where(patch[::-1], [0.06, 0.055, 0.05], skin).astype(np.float32)
     assert not bearded(top, whole, head)[: size // 3].any(), "hair on the forehead is none of it"
     assert not bearded(top, 0 * whole, head).any(), "nothing is seen"
+
+
+def test_the_far_side_of_a_nose_is_left_to_the_near_one():
+    face, weight, cosine = np.ones((4, 8)), np.ones((4, 8)), np.full((4, 8), 0.8)
+    cosine[:, 1] = 0.3  # its mirror image, column 6, is seen squarely
+    cosine[:, [0, 7]] = 0.3, 0.4  # both halves at a slant
+    weight[3, 6] = 0  # nor is there anything to take
+    face[2] = 0
+    out = without_worse(weight, cosine, face)
+    assert (out[:2, 1] == 0).all() and (out[2:, 1] == 1).all()
+    out[:2, 1], out[3, 6] = 1, 1
+    assert (out == 1).all()

@@ -33,6 +33,7 @@ HANGS = 14  # rows below the equator from which hair hangs
 SKIPPED = 2  # rows that hair before cheeks hangs over
 BETWEEN = 5  # columns, wider than what hangs below a gap between locks
 SLIT = 9  # columns, wider than a gap in hair that hangs over an ear
+CHEEK = 40.0  # degrees from the camera, up to which there is none: that is the face
 HOLE = 24  # cells: smaller gaps in hair are none
 EAR = 3.0  # mm off the skull: ears
 SKIN = 3.0  # mm over which what the photo shows on the skin is gathered
@@ -137,8 +138,10 @@ def presence(
     low: float,
     skin: Seen,
     temples: Temples,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Whether hair is in each cell, and whether the photo says so: [ROWS, COLUMNS] 0..1 each.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Whether hair is in each cell, whether the photo says so, and where hair is that it does not show.
+
+    [ROWS, COLUMNS] 0..1 each.
 
     Args:
         base, radius: mm, what hair lies on and reaches to.
@@ -171,10 +174,11 @@ def presence(
     sure = (2 * there - 1) ** 2 + 1e-3
     beside = charts.smooth(there * sure, BESIDE) / charts.smooth(sure, BESIDE)
     there = beside + np.clip(sure, 0, 1) * (there - beside)
-    there[DOME:] = np.where(under, _without_slits(there[DOME:]), there[DOME:])
-    there = _hanging(there, turn)
+    over_ears = under & (np.cos(turn) < np.cos(np.radians(CHEEK)))
+    slits = np.where(over_ears & (np.arange(ROWS) >= DOME)[:, None], _slits(there), 0)
+    there = _hanging(np.maximum(there, slits), turn)
     line = np.clip(1.2 * (charts.smooth(_held(there), LINE) - 0.5) + 0.5, 0, 1)
-    return _held(line), upper * square + (1 - upper) * seen
+    return _held(line), (upper * square + (1 - upper) * seen) * (1 - slits), slits
 
 
 def _cosine(chart, points, eye):
@@ -318,15 +322,14 @@ def _hanging(there: np.ndarray, turn: np.ndarray) -> np.ndarray:
     return out
 
 
-def _without_slits(there: np.ndarray) -> np.ndarray:
-    """Presence [n, COLUMNS] of hair that hangs over ears, without gaps beside the locks next to the face.
+def _slits(there: np.ndarray) -> np.ndarray:
+    """Gaps [n, COLUMNS] 0 or 1 in presence, of hair that hangs over ears: beside the locks next to the face.
 
     Earrings, lit strands and the neck behind are what shows there.
     """
     wide = np.pad(there.astype(np.float32), ((0, 0), (SLIT, SLIT)), "wrap")
     closed = cv2.morphologyEx(wide, cv2.MORPH_CLOSE, np.ones((1, SLIT), np.uint8))
-    closed = closed[:, SLIT:-SLIT]
-    return np.where((there <= 0.5) & (closed > 0.5), 1, there)
+    return ((there <= 0.5) & (closed[:, SLIT:-SLIT] > 0.5)).astype(float)
 
 
 def _held(there: np.ndarray) -> np.ndarray:

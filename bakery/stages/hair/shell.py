@@ -61,6 +61,7 @@ class Shell:
     radius: np.ndarray  # mm: what it reaches to
     there: np.ndarray  # 0..1: whether there is any
     seen: np.ndarray  # 0..1: whether the photo says so
+    slits: np.ndarray  # 0..1: where there is some though the photo shows skin
     growth: np.ndarray  # 0..1: scalp
     below: float  # mm below the chin that it reaches
 
@@ -77,7 +78,7 @@ def told(shell: Shell) -> np.ndarray:
     """
     low = smoothstep(HELD - 2, HELD + 4, charts.grid()[..., 1] - DOME)
     found: np.ndarray = np.maximum(np.maximum(low, hanging(shell)), shell.seen)
-    return found
+    return found * (1 - shell.slits)
 
 
 def hanging(shell: Shell) -> np.ndarray:
@@ -116,14 +117,14 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
     base, radius = _walled(portrait, chart, base, radius, turn)
     radius = _within(portrait, chart, base, radius)
     chin = float(head.landmarks(neutral)[CHIN, 1].mean())
-    there = seen = np.zeros((ROWS, COLUMNS))
+    there = seen = slits = np.zeros((ROWS, COLUMNS))
     # What hangs ends in the air; elsewhere, and beside the face, hair rises from the skin.
     hung = (radius - chart.skull > OFF) & (free > 0.5)
     tall = np.maximum(radius - base - LEAST, 0)
     skin = seen_on(chart, portrait, head, neutral)
     temples = temples_of(head, chart.place(cells, chart.skull))
     for _ in range(2):
-        there, seen = presence(
+        there, seen, slits = presence(
             chart, portrait, base, radius, growth, hairy, covered, chin - 25, skin, temples
         )
         inside = charts.distance_inside(there > 0.5)
@@ -134,7 +135,7 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
         radius = base + LEAST + tall * charts.smooth(rise, 5.0)
     rows = np.flatnonzero((there > 0.5).any(1))
     lowest = charts.EQUATOR - (rows[-1] + 1 - DOME) * STEP if len(rows) else charts.EQUATOR
-    return Shell(chart, base, radius, there, seen, growth, float(chin - lowest))
+    return Shell(chart, base, radius, there, seen, slits, growth, float(chin - lowest))
 
 
 def _beside_lobes(portrait: Portrait, chart: Chart, eye: np.ndarray) -> np.ndarray:
