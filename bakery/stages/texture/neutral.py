@@ -38,6 +38,11 @@ TINT = 60  # share of the atlas over which that strip has the tint of the skin b
 TINTED = 1.0  # log, by which its tint is changed at most
 # Log by which the strip is lighter than the skin below: at most, and from which it is not shown.
 GLARE = 0.25, 0.9
+SHADE = 0.12  # log by which it may be darker than the skin below: more is a stain on evened skin
+AMONG = (
+    0.3,
+    0.08,
+)  # share of hair around, from which all of that is the hair's shade, up to which none
 DARK = 1e-3  # linear; below it no ratio is told
 
 
@@ -196,7 +201,8 @@ def _lit_strip(
 
     Where that takes much the strip lies in shadow: it is left to the skin below. Its tint is that of the
     skin below: what is near hair lies in its shade, which is redder, and evened skin has no lamp's colour.
-    It is hardly lighter than that skin, which has no glare; darker it may be, as a fringe's shade is.
+    It is hardly lighter than that skin, which has no glare, and little darker, but among strands, as
+    a fringe's shade is.
 
     Args:
         lift: [T, T] log, as of CompleteAlbedo.
@@ -218,7 +224,9 @@ def _lit_strip(
     off = normalized_blur(below - own, (share * out[..., 3]).astype(np.float32), len(over) / TINT)
     level = (off @ LUMA)[..., None]
     out *= 1 - share[..., None] * smoothstep(*GLARE, -level)
-    change = np.minimum(level + GLARE[0], 0) + np.clip(off - level, -TINTED, TINTED)
+    hairy = cv2.GaussianBlur(seen * strands, (0, 0), len(over) / TINT)[..., None]
+    brighter = np.clip(level - SHADE, 0, LIFTED[0]) * smoothstep(*AMONG, hairy)
+    change = np.minimum(level + GLARE[0], 0) + brighter + np.clip(off - level, -TINTED, TINTED)
     out[..., :3] *= np.exp(share[..., None] * change)
     return out.astype(over.dtype)
 

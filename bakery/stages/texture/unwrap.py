@@ -21,6 +21,7 @@ DARKEST, BRIGHTEST = 0.5, 1.6  # shading over that of a frontal normal is never 
 CONTRAST = 2.0  # of the shading of what faces the camera
 AHEAD = np.array([[0, 0, 1], [-0.8, 0, 0.6], [0.8, 0, 0.6], [0, -0.8, 0.6], [0, 0.8, 0.6]])
 SLANTING = (75.0, 55.0)  # degrees from which on tones are not believed, and up to which they are
+MIDDLE = 0.55  # of the face's contour, within which they are anyway
 PALER = 0.6  # log of red over blue: skin of one face, in all its parts, differs less
 GRAZING = (75.0, 45.0)  # degrees: from the second on the light behind a head may glare on its skin
 GLARE_PALER, GLARE_LIGHTER = (0.2, 0.45), (0.15, 0.4)  # log of red over blue, and of luminance
@@ -165,7 +166,10 @@ def unwrap_albedo(
     weight = without_worse(weight, atlas.paint(visibility.cosine), inner_face(head, atlas.size))
     beard = bearded(albedo, weight, head)
     shadow = atlas.paint(bilinear(mattes.shadow, pixels)) * (1 - beard)
-    square = np.maximum(atlas.paint(visibility.weight(*SLANTING)), inner_face(head, atlas.size))
+    middle = inner_face(
+        head, atlas.size, MIDDLE
+    )  # sides of a nose, sockets: they are dark by nature
+    square = np.maximum(atlas.paint(visibility.weight(*SLANTING)), middle)
     plain = (1 - atlas.paint(bilinear(mattes.dark, pixels))) * (1 - beard)
     edge = penumbra(shadow, albedo, weight * plain)
     return PartialAlbedo(
@@ -208,9 +212,9 @@ def up_to_hair(mattes: Mattes, head: HeadModel, atlas: Atlas, pixels: np.ndarray
     return out
 
 
-def inner_face(head: HeadModel, size: int) -> np.ndarray:
-    """1 well within the face's contour [T, T], 0 from the contour on."""
-    return cv2.GaussianBlur(uv_polygon(head, OVAL, 0.75, size), (0, 0), size / 50)
+def inner_face(head: HeadModel, size: int, share: float = 0.75) -> np.ndarray:
+    """1 well within the face's contour [T, T], 0 from the contour on; `share` is how much of it counts."""
+    return cv2.GaussianBlur(uv_polygon(head, OVAL, share, size), (0, 0), size / 50)
 
 
 def bearded(albedo: np.ndarray, weight: np.ndarray, head: HeadModel) -> np.ndarray:
