@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bakery.heads.scalp import ear_box
+from bakery.heads.scalp import ear_box, unrolled
 from bakery.landmarks import EYES
 from bakery.stages.hair.portrait import _unlike_backdrop, without_glare
 from bakery.stages.hair.sideburns import HEIGHTS, sideburns
@@ -102,6 +102,16 @@ def test_a_side_that_is_turned_away_has_the_sideburn_of_the_other(head):
     hair[:, :500] = 0  # the photo has none on the subject's right
     hidden = np.where((places[:, 0] < 0) & (cosine < 0.4), -0.1, cosine)
     assert np.array_equal(sideburns(head, places, pixels, hidden, hair)[1], there[1])
+
+
+@pytest.mark.parametrize("hairy", [False, True])
+def test_sideburns_that_nobody_sees_are_as_usual_of_those_who_have_hair(hairy, head):
+    places, pixels, cosine = edge_on(head)
+    seen = unrolled(head)(places)[:, 0] < ear_box(head)[0] - 15
+    hair = np.full((1200, 1000), float(hairy), np.float32)
+    found = sideburns(head, places[seen], pixels[seen], cosine[seen], hair)
+    assert np.array_equal(found[0], found[1])
+    assert np.array_equal(found[0] > 0.5, (HEIGHTS > 0.75) & hairy)
 
 
 def test_what_is_seen_squarely_stays_as_it_is(left):

@@ -83,3 +83,25 @@ def test_skin_shown_with_the_hair_is_lit_as_the_skin_beside_it(head):
     # What lies behind the strip, on the back of the head, is none of it.
     view.visibility.visible[:] = 0
     np.testing.assert_array_equal(_lit_strip(over, lift, texture, view), over)
+
+
+@pytest.mark.parametrize(
+    "darker, hair, lifted", [(0.1, 0.0, 0.0), (0.25, 0.0, 0.13), (0.6, 0.0, 0.2), (0.6, 0.5, 0.0)]
+)
+def test_skin_beside_hair_is_no_stain_and_a_fringe_keeps_its_shade(head, darker, hair, lifted):
+    atlas = make_atlas(head, 64).take("skin")
+    strands = np.arange(len(atlas.index)) % 2 * hair * 2  # as much as one texel in two
+    pixels = np.stack([np.where(strands > 0, 15.0, 5.0), np.full(len(strands), 10.0)], 1)
+    half = np.zeros((20, 20), np.float32)
+    half[:, :10] = 1
+    view = SimpleNamespace(
+        on_skin=atlas,
+        visibility=SimpleNamespace(pixels=pixels, visible=np.ones(len(pixels))),
+        mattes=SimpleNamespace(strip=half, hair=1 - half),
+    )
+    over = np.full((64, 64, 4), [0.2, 0.2, 0.2, 1.0], np.float32)
+    texture = np.full((64, 64, 3), 0.2 * np.exp(darker), np.float32)
+    out = _lit_strip(over, np.zeros((64, 64), np.float32), texture, view).reshape(-1, 4)
+    strip = out[atlas.index][strands == 0]
+    inner = np.median(np.log(strip[:, 0] / 0.2))  # beside the charts' borders less is around
+    assert_allclose(inner, lifted, atol=0.01)

@@ -31,7 +31,7 @@ def sideburns(
 ) -> np.ndarray:
     """Whether hair grows before the (left, right) ear at HEIGHTS: [2, 12] 0..1.
 
-    It ends where it first ends. A side that cannot be seen is as the other one; both, as usual.
+    It ends where it first ends. A side that is turned away is as the other one; both, as usual.
 
     Args:
         head: its ears are those of `head.mean`.
@@ -64,7 +64,8 @@ def sideburns(
             seen = strips[k] & (cosine > 0)
             told[k, row] = flat[seen, 0].max() > front - HIDDEN
             there[k, row] = smoothstep(*WIDE, STEP * (bilinear(hair, line) > 0.5).sum())
-    other = told[::-1] * there[::-1] + (1 - told[::-1]) * USUAL
+    usual = USUAL * there[:, -1].max()  # of people who have any hair above the ears
+    other = told[::-1] * there[::-1] + (1 - told[::-1]) * usual
     found = told * there + (1 - told) * other
     # A single line that differs is the arm of glasses, or a mole.
     padded = np.pad(found, ((0, 0), (1, 1)), "edge")

@@ -39,10 +39,8 @@ TINTED = 1.0  # log, by which its tint is changed at most
 # Log by which the strip is lighter than the skin below: at most, and from which it is not shown.
 GLARE = 0.25, 0.9
 SHADE = 0.12  # log by which it may be darker than the skin below: more is a stain on evened skin
-AMONG = (
-    0.3,
-    0.08,
-)  # share of hair around, from which all of that is the hair's shade, up to which none
+# Share of hair around, from which all of that is the shade of a fringe, up to which none is.
+AMONG = 0.3, 0.08
 DARK = 1e-3  # linear; below it no ratio is told
 
 
