@@ -16,8 +16,8 @@ from bakery.heads.scalp import ear_box, unrolled
 # those that have hair before the ear there; docs/log-hair.md.
 HEIGHTS = np.array([0.46, 0.54, 0.62, 0.70, 0.78, 0.85, 0.93, 1.01, 1.09, 1.17, 1.25, 1.33])
 USUAL = np.array([0.05, 0.15, 0.32, 0.47, 0.66, 0.78, 0.87, 0.94, 0.96, 0.96, 0.96, 0.96])
-# mm before the ear where it begins at least
-BEFORE = np.array([18.0, 18.0, 18.0, 18.0, 18.0, 18.0, 18.0, 18.0, 19.0, 20.0, 22.0, 24.0])
+# mm before the ear where it begins at least; above it goes on in the hairline
+BEFORE = np.array([18.0, 18.0, 18.0, 18.0, 18.0, 18.0, 18.0, 18.0, 16.0, 13.0, 10.0, 6.0])
 ROW = 2.5  # mm, half the height of the strip of skin around a line
 CHEEK = 0.45, 0.6  # cosines to the camera between which a line begins
 BEYOND = 8.0  # mm that it goes on behind the ear's front, over which hair stands out
