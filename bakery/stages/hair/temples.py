@@ -84,7 +84,7 @@ class Temples:
         region = smoothstep(-8.0, 0.0, across) * smoothstep(60.0, 45.0, across)
         region = region * smoothstep(-4.0, 0.0, up) * smoothstep(*OVER, up)
         found: np.ndarray = region * np.where(self.left, burns[0, -2], burns[1, -2])
-        return found
+        return found.astype(np.float32)
 
     def _columns(self, burn, rows):
         """Columns [rows] at which a sideburn [12] 0..1 begins; infinite where there is none."""

@@ -59,6 +59,9 @@ HOLLOW, HOLLOW_SOFT, HOLLOW_BELOW, DEEP, FAINT = 15.0, 2.5, (18.0, 4.0), 0.45, 0
 # none is and where all is, and the same below the nose's base.
 UPPER_LIP, SHADE, OFF_LIPS, OFF_NOSE, UNDER_NOSE = 1.15, 0.9, (0.5, 3.0), (0.5, 2.5), (1.0, -3.0)
 COARSE = 3.0  # pixels, standard deviation of a blur that needs no finer picture
+LIT = 0.01  # log by which it was made lighter, from which
+FADES = 6.0  # it loses detail that is finer than FINE: e to the power of so many times that
+FINE = 1.5  # mm
 DARK = 2e-3  # linear
 
 
@@ -135,7 +138,26 @@ def _without_shade(colors, plain, head, on_skin, share, texel):
     rows = np.flatnonzero(weight > 0)
     known = ((lips > OFF_LIPS[0]) & (nose > OFF_NOSE[0])).astype(np.float32)
     where = rows, weight[rows], texel
-    return levelled(colors, on_skin, where, 1.0, HOLLOW, DEEP, HOLLOW_SOFT, FAINT, known)
+    made = levelled(colors, on_skin, where, 1.0, HOLLOW, DEEP, HOLLOW_SOFT, FAINT, known)
+    return _as_fine(made, colors, on_skin, texel)
+
+
+def _as_fine(made, colors, on_skin, texel):
+    """Colours [N, 3] made lighter than they were, with less detail by as much.
+
+    In the shade below a nose a photo has noise, stubble and folds that a smile draws together: lit, they
+    are scars.
+    """
+    log, before = (np.log(np.maximum(c, DARK)).astype(np.float32) for c in (made, colors))
+    lift = np.maximum((log - before).mean(1), 0)
+    among = on_skin.paint((lift > LIT).astype(np.float32))
+    smooth = normalized_blur(on_skin.paint(log), among, FINE / texel)
+    smooth = smooth.reshape(-1, 3)[on_skin.index]
+    rows = np.flatnonzero(lift > LIT)
+    out = made.copy()
+    detail = (log - smooth)[rows] * np.exp(-FADES * lift[rows])[:, None]
+    out[rows] = np.exp(smooth[rows] + detail)
+    return out
 
 
 def _blurred(values, known, sigma):
