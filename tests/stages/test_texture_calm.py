@@ -1,5 +1,6 @@
 """Cheeks of a smile become as even as resting ones; what is fainter, or elsewhere, is left alone."""
 
+import cv2
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -147,6 +148,15 @@ def test_shade_above_the_lip_is_no_moustache(head, face):
     middle = ring & (places[:, 1] < base + calm.UNDER_NOSE[1])
     assert middle.sum() > 100 and np.median(gain[middle]) > 0.1
     assert np.abs(gain[lips]).max() < 0.05
+
+    def rough(colors):
+        log = on_skin.paint(np.log(colors[:, 1]).astype(np.float32))
+        fine = (log - cv2.GaussianBlur(log, (0, 0), 1.5)).reshape(-1)[on_skin.index]
+        return fine[
+            cv2.erode(on_skin.paint(middle * 1.0), np.ones((9, 9))).reshape(-1)[on_skin.index] > 0
+        ].std()
+
+    assert rough(made) < 0.7 * rough(shaded), "noise in the shade is no scar in the light"
     hairs = np.random.default_rng(2).normal(1, 0.5, (len(places), 1)).clip(0.2)
     grown = (shaded * np.where(ring[:, None], hairs, 1)).astype(np.float32)
     kept = np.log(calm.calmed(grown, plain, head, on_skin, 1.0) / grown)
