@@ -6,8 +6,8 @@ import pytest
 from bakery.heads.scalp import ear_box, unrolled
 from bakery.landmarks import EYES
 from bakery.stages.hair.portrait import _unlike_backdrop, without_glare
-from bakery.stages.hair.sideburns import HEIGHTS, sideburns
-from bakery.stages.hair.temples import SOFT, Temples, temples_of
+from bakery.stages.hair.sideburns import sideburns
+from bakery.stages.hair.temples import HEIGHTS, SOFT, Temples, temples_of
 
 FRONT, BOTTOM, TOP = 128.0, -45.0, 6.0  # mm, as the built-in head has them
 NONE = np.zeros((2, len(HEIGHTS)))  # sideburns
@@ -81,7 +81,7 @@ def edge_on(head):
 def test_sideburns_are_seen_as_far_down_as_there_is_hair_beside_the_cheek(head):
     places, pixels, cosine = edge_on(head)
     hair = np.zeros((1200, 1000), np.float32)
-    assert sideburns(head, places, pixels, cosine, hair).max() == 0
+    assert sideburns(temples_of(head, places), places, pixels, cosine, hair).max() == 0
     _, _, bottom, top = ear_box(head)
     for side, columns in enumerate(
         (slice(795, 830), slice(170, 205))
@@ -89,7 +89,7 @@ def test_sideburns_are_seen_as_far_down_as_there_is_hair_beside_the_cheek(head):
         one = hair.copy()
         down = bottom + 0.75 * (top - bottom)
         one[: int(600 - 4 * down), columns] = 1
-        found = sideburns(head, places, pixels, cosine, one)
+        found = sideburns(temples_of(head, places), places, pixels, cosine, one)
         assert (found[side] > 0.5).tolist() == (HEIGHTS > 0.75).tolist()
         assert found[1 - side].max() == 0
 
@@ -98,10 +98,12 @@ def test_a_side_that_is_turned_away_has_the_sideburn_of_the_other(head):
     places, pixels, cosine = edge_on(head)
     hair = np.zeros((1200, 1000), np.float32)
     hair[:500] = 1
-    there = sideburns(head, places, pixels, cosine, hair)
+    there = sideburns(temples_of(head, places), places, pixels, cosine, hair)
     hair[:, :500] = 0  # the photo has none on the subject's right
     hidden = np.where((places[:, 0] < 0) & (cosine < 0.4), -0.1, cosine)
-    assert np.array_equal(sideburns(head, places, pixels, hidden, hair)[1], there[1])
+    assert np.array_equal(
+        sideburns(temples_of(head, places), places, pixels, hidden, hair)[1], there[1]
+    )
 
 
 @pytest.mark.parametrize("hairy", [False, True])
@@ -109,7 +111,9 @@ def test_sideburns_that_nobody_sees_are_as_usual_of_those_who_have_hair(hairy, h
     places, pixels, cosine = edge_on(head)
     seen = unrolled(head)(places)[:, 0] < ear_box(head)[0] - 15
     hair = np.full((1200, 1000), float(hairy), np.float32)
-    found = sideburns(head, places[seen], pixels[seen], cosine[seen], hair)
+    found = sideburns(
+        temples_of(head, places[seen]), places[seen], pixels[seen], cosine[seen], hair
+    )
     assert np.array_equal(found[0], found[1])
     assert np.array_equal(found[0] > 0.5, (HEIGHTS > 0.75) & hairy)
 

@@ -15,7 +15,7 @@ from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS, Chart
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
 from bakery.stages.hair.sideburns import sideburns
-from bakery.stages.hair.temples import Temples
+from bakery.stages.hair.temples import Temples, temples_of
 
 SIDE = 60.0, 74.0  # degrees from the camera: what hangs beside the face is farther round
 FLANK = 85.0  # mm, radius of the cylinder on whose sides the outline lies
@@ -200,6 +200,7 @@ def seen_on(chart: Chart, portrait: Portrait, head: HeadModel, neutral: np.ndarr
     points = neutral[faces].mean(1)
     normals = np.cross(*(neutral[faces[:, k]] - neutral[faces[:, 0]] for k in (1, 2)))
     cosine = cameras.facing(points, normals, portrait.camera)
+    places = head.mean[faces].mean(1)
     cells, distance = chart.cell(points)
     pixels, depth = portrait.pixels(points)
     hair = bilinear(portrait.hair, pixels)
@@ -215,7 +216,7 @@ def seen_on(chart: Chart, portrait: Portrait, head: HeadModel, neutral: np.ndarr
     return Seen(
         np.clip(gathered(weight * hair) / np.maximum(gathered(weight), 1e-9), 0, 1),
         np.clip(gathered(told * 1.0) / count, 0, 1), gathered(cosine) / count,
-        sideburns(head, head.mean[faces].mean(1), pixels, cosine, portrait.hair),
+        sideburns(temples_of(head, places), places, pixels, cosine, portrait.hair),
     )  # fmt: skip
 
 

@@ -144,10 +144,8 @@ def _beside_lobes(portrait: Portrait, chart: Chart, eye: np.ndarray) -> np.ndarr
     It stands out farther than an ear does: a narrow rim is the ear itself, in the shade, or an earring.
     """
     far, hairy = _outline(chart, portrait, chart.skull, eye)
-    rows = np.arange(ROWS) + 0.5
-    columns = (np.array(sides_of(chart, eye)[:2]) / (2 * np.pi) + 0.5) * COLUMNS
-    cells = np.stack(np.broadcast_arrays(columns, rows[:, None]), -1)
-    off = np.nan_to_num(far - chart.take(chart.skull, cells), nan=0.0)
+    skull = [chart.take(chart.skull, _cells_down(around)) for around in sides_of(chart, eye)[:2]]
+    off = np.nan_to_num(far - np.stack(skull, -1), nan=0.0)
     found: np.ndarray = (hairy[LOBES].max(0) > 0.5) & (off[LOBES].max(0) > OFF)
     return found
 
@@ -250,6 +248,12 @@ def _hanging(base: np.ndarray) -> np.ndarray:
     return out
 
 
+def _cells_down(around):
+    """Cells [ROWS, 2] of an azimuth, radians, from the top of the chart down."""
+    column = np.full(ROWS, (around / (2 * np.pi) + 0.5) * COLUMNS)
+    return np.stack([column, np.arange(ROWS) + 0.5], -1)
+
+
 def _outline(chart, portrait, base, eye):
     """How far hair reaches on both sides.
 
@@ -257,12 +261,11 @@ def _outline(chart, portrait, base, eye):
         distances [ROWS, 2] mm (right, left; nan where no hair is), and evidence [ROWS, 2] 0..1.
     """
     sides = sides_of(chart, eye)[:2]
-    rows = np.arange(ROWS) + 0.5
     far = np.full((ROWS, 2), np.nan)
     hairy = np.zeros((ROWS, 2))
     steps = np.arange(0, REACH + 60, 1.0)
     for side, around in enumerate(sides):
-        cells = np.stack([np.full(ROWS, (around / (2 * np.pi) + 0.5) * COLUMNS), rows], -1)
+        cells = _cells_down(around)
         start = chart.take(base, cells)
         begin = np.minimum(start, 60.0) - 5
         distance = begin[:, None] + steps
@@ -292,8 +295,7 @@ def _radius(base, outline, hairy, eye, chart, free):
     share = 0.5 + 0.5 * np.sin(turn)  # 1 on the left, 0 on the right
     offsets = []
     for side, around in enumerate((right, left)):
-        column = np.full(ROWS, (around / (2 * np.pi) + 0.5) * COLUMNS)
-        here = chart.take(base, np.stack([column, np.arange(ROWS) + 0.5], -1))
+        here = chart.take(base, _cells_down(around))
         offset = outline[:, side] - here
         known = np.isfinite(offset) & (hairy[:, side] > 0.3)
         if known.any():

@@ -9,15 +9,11 @@ import numpy as np
 
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.sample import bilinear
-from bakery.heads.base import HeadModel
-from bakery.heads.scalp import ear_box, unrolled
+from bakery.stages.hair.temples import HEIGHTS, Temples
 
-# Shares of an ear's height, from the lobe up, and of 157 sides of short-haired people (congress/train)
-# those that have hair before the ear there; docs/log-hair.md.
-HEIGHTS = np.array([0.46, 0.54, 0.62, 0.70, 0.78, 0.85, 0.93, 1.01, 1.09, 1.17, 1.25, 1.33])
+# Of 157 sides of short-haired people (congress/train) those that have hair before the ear at each of
+# HEIGHTS; docs/log-hair.md.
 USUAL = np.array([0.05, 0.15, 0.32, 0.47, 0.66, 0.78, 0.87, 0.94, 0.96, 0.96, 0.96, 0.96])
-# mm before the ear where it begins at least; above it goes on in the hairline
-BEFORE = np.array([18.0, 18.0, 18.0, 18.0, 18.0, 18.0, 18.0, 18.0, 16.0, 13.0, 10.0, 6.0])
 ROW = 2.5  # mm, half the height of the strip of skin around a line
 CHEEK = 0.45, 0.6  # cosines to the camera between which a line begins
 BEYOND = 8.0  # mm that it goes on behind the ear's front, over which hair stands out
@@ -27,42 +23,47 @@ WIDE = 1.2, 2.5  # mm of hair on it that are none, that are a sideburn
 
 
 def sideburns(
-    head: HeadModel, places: np.ndarray, pixels: np.ndarray, cosine: np.ndarray, hair: np.ndarray
+    temples: Temples,
+    places: np.ndarray,
+    pixels: np.ndarray,
+    cosine: np.ndarray,
+    hair: np.ndarray,
 ) -> np.ndarray:
     """Whether hair grows before the (left, right) ear at HEIGHTS: [2, 12] 0..1.
 
     It ends where it first ends. A side that is turned away is as the other one; both, as usual.
 
     Args:
-        head: its ears are those of `head.mean`.
-        places: [n, 3] mm on the skin of that shape.
+        temples: of the head, at those places.
+        places: [n, 3] mm on the skin of its mean shape.
         pixels: [n, 2] where the photo shows them.
         cosine: [n] between the skin there and the line of sight.
         hair: [H, W] 0..1, the photo's.
     """
-    flat = unrolled(head)(places)
-    front, _, bottom, top = ear_box(head)
-    heights = bottom + HEIGHTS * (top - bottom)
+    heights = temples.bottom + HEIGHTS * (temples.top - temples.bottom)
     low, high = heights[[0, -1]] + [-ROW, ROW]
-    near = (flat[:, 0] < front) & (flat[:, 1] > low) & (flat[:, 1] < high)
-    sides = [near & side for side in (places[:, 0] > 0, places[:, 0] <= 0)]
+    across, up = temples.flat.T
+    near = np.flatnonzero((across < temples.front) & (up > low) & (up < high))
+    across, up, left, places, pixels, cosine = (
+        each[near] for each in (across, up, temples.left, places, pixels, cosine)
+    )
     cheek = (cosine > CHEEK[0]) & (cosine < CHEEK[1])
     told, there = np.zeros((2, 2, len(heights)))
     for row, height in enumerate(heights):
-        strips = [side & (np.abs(flat[:, 1] - height) < ROW) for side in sides]
+        strips = [side & (np.abs(up - height) < ROW) for side in (left, ~left)]
         if not all((strip & cheek).any() for strip in strips):
             continue
         begin = [pixels[strip & cheek].mean(0) for strip in strips]
-        across = begin[0] - begin[1]
-        scale = np.linalg.norm(across) / np.linalg.norm(
+        apart = begin[0] - begin[1]
+        scale = np.linalg.norm(apart) / np.linalg.norm(
             np.subtract(*(places[strip & cheek].mean(0) for strip in strips))
         )  # pixels a mm
-        for k, way in enumerate((across, -across)):
+        for k, way in enumerate((apart, -apart)):
             way = way / np.linalg.norm(way)
             reach = ((pixels[strips[k]] - begin[k]) @ way).max() / scale + BEYOND
             line = begin[k] + np.arange(0, reach, STEP)[:, None] * scale * way
             seen = strips[k] & (cosine > 0)
-            told[k, row] = flat[seen, 0].max() > front - HIDDEN
+            told[k, row] = across[seen].max() > temples.front - HIDDEN
             there[k, row] = smoothstep(*WIDE, STEP * (bilinear(hair, line) > 0.5).sum())
     usual = USUAL * there[:, -1].max()  # of people who have any hair above the ears
     other = told[::-1] * there[::-1] + (1 - told[::-1]) * usual

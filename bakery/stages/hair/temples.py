@@ -13,7 +13,6 @@ from bakery.geometry.fill import normalized_blur, smoothstep
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.heads.scalp import ear_box, unrolled
-from bakery.stages.hair.sideburns import BEFORE, HEIGHTS
 
 CELL = 3.0  # mm
 FIRST = 40.0  # mm across from the face's middle, from where on a hairline is looked for
@@ -25,7 +24,15 @@ FIRM = 0.2, 0.45  # cosine to the camera up to which the line counts, and from w
 LEAST = 0.06  # of a full weight, of what nobody sees
 STEADY = 7  # rows of which the middle one counts: a notch or spike of 9 mm is none
 SMOOTH = 2.0  # rows
-OVER = 35.0, 20.0  # mm above an ear
+# What grows above an ear, as the photo shows it edge on: mm beyond its front, from which on it does and
+# wholly, from which on no more and up to which wholly; mm above its top, the same.
+BEHIND, BACK = (-8.0, 0.0), (60.0, 45.0)
+RISES, OVER = (-4.0, 0.0), (35.0, 20.0)
+# Shares of an ear's height, from the lobe up, at which `sideburns` are told, and mm before the ear where
+# they begin at least; above it they go on in the hairline.
+HEIGHTS = np.array([0.46, 0.54, 0.62, 0.70, 0.78, 0.85, 0.93, 1.01, 1.09, 1.17, 1.25, 1.33])
+BEFORE = np.array([18.0, 18.0, 18.0, 18.0, 18.0, 18.0, 18.0, 18.0, 16.0, 13.0, 10.0, 6.0])
+FULL = -2  # of HEIGHTS: what is told there goes for all above the ear
 SOFT = 10.0  # mm on both sides of the line over which hair begins
 
 
@@ -81,9 +88,9 @@ class Temples:
             burns: [2, 12] 0..1 of `sideburns` (left, right).
         """
         across, up = self.flat[..., 0] - self.front, self.flat[..., 1] - self.top
-        region = smoothstep(-8.0, 0.0, across) * smoothstep(60.0, 45.0, across)
-        region = region * smoothstep(-4.0, 0.0, up) * smoothstep(*OVER, up)
-        found: np.ndarray = region * np.where(self.left, burns[0, -2], burns[1, -2])
+        region = smoothstep(*BEHIND, across) * smoothstep(*BACK, across)
+        region = region * smoothstep(*RISES, up) * smoothstep(*OVER, up)
+        found: np.ndarray = region * np.where(self.left, burns[0, FULL], burns[1, FULL])
         return found.astype(np.float32)
 
     def _columns(self, burn, rows):

@@ -139,24 +139,32 @@ def _without_shade(colors, plain, head, on_skin, share, texel):
     known = ((lips > OFF_LIPS[0]) & (nose > OFF_NOSE[0])).astype(np.float32)
     where = rows, weight[rows], texel
     made = levelled(colors, on_skin, where, 1.0, HOLLOW, DEEP, HOLLOW_SOFT, FAINT, known)
-    return _as_fine(made, colors, on_skin, texel)
+    return _as_fine(made, colors, on_skin, rows, texel)
 
 
-def _as_fine(made, colors, on_skin, texel):
-    """Colours [N, 3] made lighter than they were, with less detail by as much.
+def _as_fine(made, colors, on_skin, rows, texel):
+    """Colours [N, 3] made lighter at some rows [n] than they were, with less detail by as much.
 
     In the shade below a nose a photo has noise, stubble and folds that a smile draws together: lit, they
     are scars.
     """
-    log, before = (np.log(np.maximum(c, DARK)).astype(np.float32) for c in (made, colors))
-    lift = np.maximum((log - before).mean(1), 0)
-    among = on_skin.paint((lift > LIT).astype(np.float32))
-    smooth = normalized_blur(on_skin.paint(log), among, FINE / texel)
-    smooth = smooth.reshape(-1, 3)[on_skin.index]
-    rows = np.flatnonzero(lift > LIT)
+    log, before = (np.log(np.maximum(c[rows], DARK)) for c in (made, colors))
+    lift = (log - before).mean(1)
+    lit = lift > LIT
+    if not lit.any():
+        return made
+    rows, log, lift = rows[lit], log[lit], lift[lit]
+    sigma = FINE / texel
+    among = np.zeros((on_skin.size, on_skin.size), np.float32)
+    among.reshape(-1)[on_skin.index[rows]] = 1
+    window = around(among > 0, 5 * sigma)  # more than the blur reaches
+    grid = np.zeros((*among.shape, 3), np.float32)
+    grid.reshape(-1, 3)[on_skin.index[rows]] = log
+    smooth = np.zeros_like(grid)
+    smooth[window] = normalized_blur(grid[window], among[window], sigma)
+    smooth = smooth.reshape(-1, 3)[on_skin.index[rows]]
     out = made.copy()
-    detail = (log - smooth)[rows] * np.exp(-FADES * lift[rows])[:, None]
-    out[rows] = np.exp(smooth[rows] + detail)
+    out[rows] = np.exp(smooth + (log - smooth) * np.exp(-FADES * lift)[:, None])
     return out
 
 

@@ -225,7 +225,7 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     grown = weighed(own, other, here, usual, blurred)
     places = atlas.at(head.mean)
     temples = temples_of(head, places)
-    burns = sideburns(head, places, pixels, visibility.cosine, mattes.hair)
+    burns = sideburns(temples, places, pixels, visibility.cosine, mattes.hair)
     grown = temples.smooth(
         grown.reshape(-1)[atlas.index], visibility.cosine * told.reshape(-1)[atlas.index], burns
     )

@@ -21,7 +21,7 @@ DARKEST, BRIGHTEST = 0.5, 1.6  # shading over that of a frontal normal is never 
 CONTRAST = 2.0  # of the shading of what faces the camera
 AHEAD = np.array([[0, 0, 1], [-0.8, 0, 0.6], [0.8, 0, 0.6], [0, -0.8, 0.6], [0, 0.8, 0.6]])
 SLANTING = (75.0, 55.0)  # degrees from which on tones are not believed, and up to which they are
-MIDDLE = 0.55  # of the face's contour, within which they are anyway
+MIDDLE = 0.55  # of the face's contour: within, sockets and sides of a nose are dark by nature, and believed
 PALER = 0.6  # log of red over blue: skin of one face, in all its parts, differs less
 GRAZING = (75.0, 45.0)  # degrees: from the second on the light behind a head may glare on its skin
 GLARE_PALER, GLARE_LIGHTER = (0.2, 0.45), (0.15, 0.4)  # log of red over blue, and of luminance
@@ -166,9 +166,7 @@ def unwrap_albedo(
     weight = without_worse(weight, atlas.paint(visibility.cosine), inner_face(head, atlas.size))
     beard = bearded(albedo, weight, head)
     shadow = atlas.paint(bilinear(mattes.shadow, pixels)) * (1 - beard)
-    middle = inner_face(
-        head, atlas.size, MIDDLE
-    )  # sides of a nose, sockets: they are dark by nature
+    middle = inner_face(head, atlas.size, MIDDLE)
     square = np.maximum(atlas.paint(visibility.weight(*SLANTING)), middle)
     plain = (1 - atlas.paint(bilinear(mattes.dark, pixels))) * (1 - beard)
     edge = penumbra(shadow, albedo, weight * plain)
