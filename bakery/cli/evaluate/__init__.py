@@ -244,6 +244,7 @@ def albedo(head, count, seed):
 for command in (
     evaluate_generator.generator, evaluate_generator.painted, evaluate_generator.times,
     evaluate_generator.keys, evaluate_generator.detail, evaluate_generator.rest,
+    evaluate_generator.teeth,
     evaluate_motion.track, evaluate_motion.talk, evaluate_motion.expressions, evaluate_motion.animate,
     evaluate_motion.transfer, evaluate_motion.perform,
     evaluate_segment.segment, evaluate_skin.complete, evaluate_hair.hair,

@@ -1,4 +1,4 @@
-"""`bakery evaluate generator`, `painted`, `keys`, `times` and `detail`: the generators, measured."""
+"""`bakery evaluate generator`, `painted`, `keys`, `teeth`, `times` and `detail`: the generators, measured."""
 
 import json
 from pathlib import Path
@@ -89,6 +89,37 @@ def keys(photos, output, yaw, head, generator, overwrite):
     options.may_write(output, overwrite, endings=options.PICTURES)
     write_image(output, sheet(photos, head, generator, yaw) / 255.0, 92)
     options.wrote(output)
+
+
+@click.command(cls=options.Command)
+@click.argument("portraits", type=click.Path(path_type=Path))
+@options.head
+@options.generator
+@click.option("--set", "name", default="val", show_default=True, help="Folder of PORTRAITS.")
+@click.option("--count", type=click.IntRange(1), help="Photos to look at, evenly over the set.")
+@click.option("--pictures", type=click.Path(path_type=Path), help="Folder of mouths side by side.")
+@options.overwrite
+def teeth(portraits, head, generator, name, count, pictures, overwrite):
+    """Teeth of smiling photos beside the true ones: hidden from the bake, shown to it, and geometry.
+
+    PORTRAITS is a folder with dense478.npz. Between the lips: dB, "gradient" of luma over the
+    truth's; of the teeth: "light", luminance over the truth's, and "distance" in CIELAB.
+
+    \b
+    bakery evaluate teeth portraits/congress/ --count 24
+    """
+    options.may_fill(pictures, overwrite)
+    from bakery.evaluate import teeth as mouths
+    from bakery.heads.file import load_head
+    from bakery.plugins import plug_in
+
+    model, painter = load_head(head), plug_in("generators", generator)
+    photos = mouths.toothy(portraits, name)
+    rows = []
+    for path in mouths.spread(list(photos), count):
+        rows.append(mouths.measure(path, photos[path], model, painter, pictures))
+        _line({"photo": path.stem} | rows[-1])
+    _line({"photos": len(rows)} | mouths.summary(rows))
 
 
 @click.command(cls=options.Command)

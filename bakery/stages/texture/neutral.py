@@ -29,6 +29,7 @@ from bakery.stages.texture.lashes import lay_lashes
 from bakery.stages.texture.lids import lid_skin
 from bakery.stages.texture.rest import RestBasis, change_of
 from bakery.stages.texture.seam import closed_lips
+from bakery.stages.texture.teeth import likely_teeth, teeth_color
 from bakery.stages.texture.unwrap import PartialAlbedo, unwrap_albedo
 from bakery.types import Fit, Landmarks, Photo
 
@@ -162,7 +163,13 @@ def prepare(
     white = np.percentile(sclera, 75, axis=0)
     for rows, colors in (
         paint_eyes(eyes, head, neutral, atlas),
-        paint_interior(head, neutral, atlas, white, skin.tone),
+        paint_interior(
+            head,
+            neutral,
+            atlas,
+            teeth_color(view.image, view.points),
+            likely_teeth(view.image, view.points),
+        ),
     ):
         texture[atlas.index[rows]] = colors
         source[atlas.index[rows]] = PAINTED

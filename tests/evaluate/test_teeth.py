@@ -1,0 +1,46 @@
+"""Teeth beside the true ones, measured."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bakery.evaluate import teeth
+from bakery.evaluate.detection import lips
+from bakery.formats.record import read_faces
+from bakery.generators.pagan import load
+from bakery.landmarks import LIPS_INNER
+
+
+def test_a_blot_hides_the_mouth_alone():
+    points = np.full((478, 2), 8.0)
+    angle = np.linspace(0, 2 * np.pi, len(LIPS_INNER), endpoint=False)
+    points[LIPS_INNER] = 32 + 10 * np.column_stack([np.cos(angle), np.sin(angle)])
+    picture = np.full((64, 64, 3), 0.5, np.float32)
+    hidden = teeth.blotted(picture, points)
+    assert hidden[32, 32].max() < 0.4
+    assert np.array_equal(hidden[:20], picture[:20])
+    assert picture.min() == 0.5
+
+
+def test_some_photos_are_spread_over_all():
+    photos = [Path(str(k)) for k in range(10)]
+    assert teeth.spread(photos, None) == teeth.spread(photos, 12) == photos
+    assert teeth.spread(photos, 3) == [photos[0], photos[4], photos[9]]
+
+
+def test_means_leave_out_what_was_not_seen():
+    row = {way: {"psnr": 20.0, "gradient": 1.0} for way in teeth.WAYS}
+    other = {way: {"psnr": 22.0, "gradient": 0.5, "light": 0.9} for way in teeth.WAYS}
+    assert teeth.summary([row, other])["hidden"] == {"psnr": 21, "gradient": 0.75, "light": 0.9}
+
+
+def test_a_painted_face_is_measured(portrait, head, tmp_path):
+    _, (face,) = read_faces(portrait[1])
+    points = face.points.copy()
+    assert lips.gap(points) >= 0
+    points[LIPS_INNER[1:10], 1] += 0.15 * lips.width(points)  # as if its lips were open
+    found = teeth.measure(portrait[0], points, head, load(), tmp_path)
+    assert set(found) == set(teeth.WAYS)
+    assert all(0 < row["psnr"] < 60 and row["gradient"] > 0 for row in found.values())
+    assert len(list(tmp_path.glob("*.png"))) == 1
