@@ -20,7 +20,7 @@ from bakery.stages.texture.albedo import (
     light_on,
     without_highlights,
 )
-from bakery.stages.texture.unwrap import photo_shade
+from bakery.stages.texture.unwrap import photo_light
 from bakery.testing import painted
 
 SIZE = 256
@@ -96,7 +96,7 @@ def in_light(light, tone, meter=METER):
     size = len(subject.texture)
     atlas = make_atlas(head, size).take("skin")
     vertices = head.vertices(subject.neutral, fit.expression, fit.gaze)
-    shade = atlas.paint(photo_shade(fit, head, vertices, atlas), 1)
+    shade = photo_light(fit, head, vertices, atlas)
     texture = (np.array(tone) * shade * meter).astype(np.float32)
     eyes = replace(subject.eyes, white=np.float32([WHITE * meter] * 2))
     return replace(subject, texture=texture, eyes=eyes, light=light), fit, atlas

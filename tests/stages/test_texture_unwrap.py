@@ -1,11 +1,14 @@
 """What of a photo may become skin."""
 
 from dataclasses import fields
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
+from numpy.testing import assert_allclose
 
 from bakery.geometry import harmonics
+from bakery.geometry.mesh import vertex_normals
 from bakery.landmarks import BROWS, CHIN, EYE_LEFT, EYE_RIGHT, LIPS_INNER
 from bakery.stages.atlas import make_atlas
 from bakery.stages.texture.hair import Mattes
@@ -14,12 +17,16 @@ from bakery.stages.texture.unwrap import (
     AHEAD,
     CONTRAST,
     bearded,
+    inner_face,
     open_lids,
+    photo_light,
+    photo_shade,
     rims,
     shading,
     up_to_hair,
     without_worse,
 )
+from bakery.types import Camera
 
 
 def eye_points():
@@ -132,3 +139,23 @@ def test_the_far_side_of_a_nose_is_left_to_the_near_one():
     assert (out[:2, 1] == 0).all() and (out[2:, 1] == 1).all()
     out[:2, 1], out[3, 6] = 1, 1
     assert (out == 1).all()
+
+
+def test_light_falls_off_no_further_beside_the_face(head):
+    """What faces the camera is as lit as in the photo; ears hardly less than the rim of the face."""
+    ahead = Camera(1000.0, np.full(2, 256.0), np.zeros(3), np.array([0, 0, -600.0]), 512, 512)
+    fit = SimpleNamespace(camera=ahead, light=one_lamp(20, ambient=0.3))
+    atlas = make_atlas(head, 256).take("skin")
+    shade = atlas.paint(photo_shade(fit, head, head.mean, atlas), 1)
+    light = photo_light(fit, head, head.mean, atlas)
+    on_skin = atlas.paint(np.ones(len(atlas.index))) > 0
+    assert np.all(light[~on_skin] == 1)
+    square = atlas.paint(atlas.at(vertex_normals(head.mean, head.faces))[:, 2]) > 0.85
+    middle = (inner_face(head, 256, 1.0) > 0.99) & square
+    assert middle.any()
+    assert_allclose(light[middle], shade[middle], rtol=1e-5)
+    sides = on_skin & (inner_face(head, 256, 1.0) < 0.01)
+    dark = sides & (np.log(shade[..., 0]) < -0.5)
+    assert dark.any()
+    gain = np.log(light[dark] / shade[dark])
+    assert gain.min() > 0.08 and gain.max() < 0.3

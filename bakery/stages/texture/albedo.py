@@ -12,7 +12,7 @@ from bakery.geometry import harmonics
 from bakery.geometry.color import LUMA
 from bakery.landmarks import EYES, LIPS_OUTER, OVAL
 from bakery.stages.atlas import make_atlas, uv_polygon
-from bakery.stages.texture.unwrap import photo_shade
+from bakery.stages.texture.unwrap import photo_light
 from bakery.types import Fit
 
 METER = 0.9  # luma that a white surface shows in a well exposed photo if it faces the camera
@@ -47,7 +47,7 @@ def albedo_of(subject: Subject, fit: Fit) -> np.ndarray:
     head, size = subject.head, len(subject.texture)
     atlas = make_atlas(head, size).take("skin")
     vertices = head.vertices(subject.neutral, fit.expression, fit.gaze)
-    shade = atlas.paint(photo_shade(fit, head, vertices, atlas), 1)
+    shade = photo_light(fit, head, vertices, atlas)
     skin = atlas.paint(np.ones(len(atlas.index), np.float32))
     for ring, wide in ((LIPS_OUTER, 1.15), (EYES[0], 1.25), (EYES[1], 1.25)):
         skin *= 1 - uv_polygon(head, ring, wide, size)

@@ -7,7 +7,7 @@ import numpy as np
 
 from bakery.geometry import harmonics, rotation
 from bakery.geometry.color import LUMA
-from bakery.geometry.fill import normalized_blur, smoothstep, soft_limit
+from bakery.geometry.fill import diffuse, normalized_blur, smoothstep, soft_limit
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.sample import bicubic, bilinear
 from bakery.heads.base import HeadModel
@@ -21,6 +21,8 @@ DARKEST, BRIGHTEST = 0.5, 1.6  # shading over that of a frontal normal is never 
 CONTRAST = 2.0  # of the shading of what faces the camera
 AHEAD = np.array([[0, 0, 1], [-0.8, 0, 0.6], [0.8, 0, 0.6], [0, -0.8, 0.6], [0, 0.8, 0.6]])
 SLANTING = (75.0, 55.0)  # degrees from which on tones are not believed, and up to which they are
+SQUARE = (0.5, 0.8)  # cosine to the line of sight: between, the photo's shading gives way to that of the rim
+FALLOFF = 0.1  # log of light, beyond the rim at most
 MIDDLE = 0.55  # of the face's contour: within, sockets and sides of a nose are dark by nature, and believed
 PALER = 0.6  # log of red over blue: skin of one face, in all its parts, differs less
 GRAZING = (75.0, 45.0)  # degrees: from the second on the light behind a head may glare on its skin
@@ -41,12 +43,12 @@ class PartialAlbedo:
     seen: np.ndarray  # [T, T] float32 0..1: how surely the photo shows bare skin there
     even: np.ndarray  # [T, T] float32 0..1: 1 where it is seen squarely and in no cast shadow
     plain: np.ndarray  # [T, T] float32 0..1: 0 where brows, beard or lips are dark by nature
-    shade: np.ndarray  # [T, T, 3] float32: the photo's light, 1 at a frontal normal
+    light: np.ndarray  # [T, T, 3] float32, see `photo_light`: what the avatar keeps of the photo's light
     on_skin: np.ndarray  # [T, T] float32: 1 on the charts of the skin
 
     def lit(self, albedo: np.ndarray) -> np.ndarray:
-        """An albedo [T, T, 3] in the photo's light."""
-        out: np.ndarray = albedo * np.where(self.on_skin[..., None] > 0, self.shade, 1)
+        """An albedo [T, T, 3] in the light that the avatar keeps."""
+        out: np.ndarray = albedo * np.where(self.on_skin[..., None] > 0, self.light, 1)
         return out
 
 
@@ -79,10 +81,31 @@ def photo_shade(fit: Fit, head: HeadModel, vertices: np.ndarray, atlas: Atlas) -
         fit: Fit of the photo.
         vertices: [V, 3] mm, the shape as it stands in the photo.
     """
+    return shading(_seen_normals(fit, head, vertices, atlas), fit.light)
+
+
+def photo_light(fit: Fit, head: HeadModel, vertices: np.ndarray, atlas: Atlas) -> np.ndarray:
+    """What an avatar keeps of a photo's light: [T, T, 3] float32, 1 off the atlas; arguments as above.
+
+    Where the photo sees the face squarely that is its shading. Beside it light falls off further: a thin
+    rim in the photo, a dull cheek when the avatar turns. There the light at the rim goes on, with FALLOFF.
+    """
+    normals = _seen_normals(fit, head, vertices, atlas)
+    shade = np.log(np.maximum(shading(normals, fit.light)[:, 0], 1e-3))
+    log, on_skin = (atlas.paint(np.float32(x)) for x in (shade, np.ones(len(shade))))
+    square = atlas.paint(np.float32(smoothstep(*SQUARE, normals[:, 2])))
+    square *= inner_face(head, atlas.size, 1.0)
+    rim = diffuse(np.where(square > 0, log, 0)[..., None], square)[..., 0]
+    held = rim + soft_limit(log - rim, FALLOFF)
+    kept = np.exp(held + square * (log - held)) * on_skin + (1 - on_skin)
+    return np.repeat(kept[..., None], 3, 2).astype(np.float32)
+
+
+def _seen_normals(fit, head, vertices, atlas):
+    """Unit normals [N, 3] at the texels of an atlas, in the camera's space."""
     turn = rotation.matrix(fit.camera.rotation)
     normals = atlas.at(vertex_normals(vertices, head.faces) @ turn.T)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
-    return shading(normals, fit.light)
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
 
 
 def rims(points, shape):
@@ -175,7 +198,7 @@ def unwrap_albedo(
         soften(weight * (1 - edge), on_skin),
         square * smoothstep(*SHADED[::-1], shadow) * on_skin,
         plain,
-        atlas.paint(shade),
+        photo_light(fit, head, vertices, atlas),
         on_skin,
     )
 
