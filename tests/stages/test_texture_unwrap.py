@@ -158,4 +158,4 @@ def test_light_falls_off_no_further_beside_the_face(head):
     dark = sides & (np.log(shade[..., 0]) < -0.5)
     assert dark.any()
     gain = np.log(light[dark] / shade[dark])
-    assert gain.min() > 0.08 and gain.max() < 0.3
+    assert 0.05 < gain.min() and gain.max() < 0.35  # shading is 0.69 darker at most, rims 0.3
