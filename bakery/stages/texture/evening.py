@@ -25,7 +25,7 @@ COLORED, MIDDLE = 12.0, 0.1
 BOTH, ONE = (0.4, 0.12), (0.08, 0.03)
 BOTH_SLANTING, ONE_SLANTING = (0.12, 0.03), (0.03, 0.01)
 # The same of the field against the face's mean, on the face and beside it.
-FACE, BESIDE = (3.0, 2.0), (0.15, 0.05)
+FACE, BESIDE = (3.0, 2.0), (0.08, 0.05)
 DARKER = 3.5  # log of what a shadow takes away, at most
 LOST = (0.5, 0.9)  # log lost to shadow off the face: detail stays up to it, and none beyond
 EDGE = (0.2, 0.4)  # log of what is lifted, over FINE: a shadow's edge, which is filled in
