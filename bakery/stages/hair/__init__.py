@@ -94,8 +94,8 @@ def _assembled(painter, wisps, chin, size):
     rank = np.arange(len(wisps.layer))[order]  # the first that were chosen matter most
     wisps = wisps.chosen(order)
     wider = 1 + FULLER * (painter.curls.share if painter.curls else 0.0)
-    edges, cells = meshes.ribbons(shell, wisps, wider)
-    wide, _ = meshes.ribbons(shell, wisps, WIDER * wider)
+    edges, cells = meshes.ribbons(shell, wisps, portrait.camera, wider)
+    wide, _ = meshes.ribbons(shell, wisps, portrait.camera, WIDER * wider)
     spread = np.linspace(0, max(len(rank) - 1, 0), min(COARSE, max(room[2], 0), len(rank))).astype(
         int
     )

@@ -13,12 +13,15 @@ from bakery.stages.hair.portrait import NOTHING, Portrait, at
 from bakery.stages.hair.presence import sides_of
 from bakery.stages.hair.shell import Shell, hanging, in_the_air, told
 from bakery.stages.hair.strands import KNOTS, LAYERS, Wisps
+from bakery.types import Camera
 
-CAP = (0.75, 0.92)  # share of the way from what hair lies on to where it ends, at least and at most
-BELOW = 3.5  # mm that the cap lies below that end between the two
+CAP = (0.75, 0.95)  # share of the way from what hair lies on to where it ends, at least and at most
+BELOW = 2.0  # mm that the cap lies below that end between the two
 LIFTS = dict(zip(LAYERS, (0.4, 0.72, 1.0)))  # of the way from the cap to OUTER, by their layer
 OUTER = 1.03  # share that the outermost have
-OVER = 3.0  # mm that wisps stand out farther: the photo cuts them to its outline
+# mm that wisps stand out farther: where nothing cuts them, and on the photo's outline, to which it cuts them.
+OVER = 1.0, 3.0
+OUTLINE = 0.3, 0.1  # cosine to the line of sight: hair is on the outline, not yet and wholly
 UNDER = 2.5  # mm below the skin that the cap's border goes
 RETREAT = 1.0, 6.0  # mm that the cap ends before hair that the photo does not show, and does
 ASIDE = (
@@ -177,8 +180,14 @@ def aside_of(shell: Shell, portrait: Portrait) -> np.ndarray:
     return aside
 
 
-def ribbons(shell: Shell, wisps: Wisps, wider: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """Both edges of each wisp: points [n, KNOTS, 2, 3] and cells [n, KNOTS, 2, 2]."""
+def ribbons(
+    shell: Shell, wisps: Wisps, camera: Camera, wider: float = 1.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Both edges of each wisp: points [n, KNOTS, 2, 3] and cells [n, KNOTS, 2, 2].
+
+    Args:
+        camera: of the photo.
+    """
     points = wisps.points.astype(float)
     along = np.gradient(points, axis=1)
     # The chart's own outward direction, from its axis, is steadier than the shell's normal.
@@ -202,7 +211,9 @@ def ribbons(shell: Shell, wisps: Wisps, wider: float = 1.0) -> tuple[np.ndarray,
         outward[..., 1] *= at_[..., 1] < DOME
         outward /= np.maximum(np.linalg.norm(outward, axis=-1, keepdims=True), 1e-6)
         thick = shell.chart.take(shell.radius - shell.base, at_)
-        over = OVER * smoothstep(2, 9, thick) * smoothstep(0, 0.35, t)
+        cut = smoothstep(*OUTLINE, np.abs(cameras.facing(edge, outward, camera)))
+        over = (OVER[0] + (OVER[1] - OVER[0]) * cut) * smoothstep(2, 9, thick)
+        over = over * smoothstep(0, 0.35, t)
         edges.append(edge + outward * over[..., None])
         cells.append(at_)
     return np.stack(edges, 2), np.stack(cells, 2)
