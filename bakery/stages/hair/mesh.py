@@ -15,12 +15,12 @@ from bakery.stages.hair.shell import Shell, hanging, in_the_air, told
 from bakery.stages.hair.strands import KNOTS, LAYERS, Wisps
 from bakery.types import Camera
 
-CAP = (0.75, 0.95)  # share of the way from what hair lies on to where it ends, at least and at most
-BELOW = 2.0  # mm that the cap lies below that end between the two
+CAP = (0.75, 0.96)  # share of the way from what hair lies on to where it ends, at least and at most
+BELOW = 1.5  # mm that the cap lies below that end between the two
 LIFTS = dict(zip(LAYERS, (0.4, 0.72, 1.0)))  # of the way from the cap to OUTER, by their layer
 OUTER = 1.03  # share that the outermost have
 # mm that wisps stand out farther: where nothing cuts them, and on the photo's outline, to which it cuts them.
-OVER = 1.0, 3.0
+OVER = 0.5, 3.0
 OUTLINE = 0.3, 0.1  # cosine to the line of sight: hair is on the outline, not yet and wholly
 UNDER = 2.5  # mm below the skin that the cap's border goes
 RETREAT = 1.0, 6.0  # mm that the cap ends before hair that the photo does not show, and does
