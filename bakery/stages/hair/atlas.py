@@ -8,6 +8,7 @@ import numpy as np
 from bakery.geometry.fill import smoothstep
 from bakery.stages.hair.chart import COLUMNS
 from bakery.stages.hair.pattern import curl_alpha, strand_alpha, streaks
+from bakery.stages.hair.shell import in_the_air
 from bakery.stages.hair.strands import KNOTS
 
 CAP_PART = 0.3  # of the atlas's height
@@ -93,15 +94,16 @@ def paint_cards(painter, layout, edges, cells, solid, wisps, texture, direction,
     )
     if curl is not None:
         alpha += painter.curls.share * (curl_alpha(s, t, curl) - alpha)
-    for n in np.flatnonzero(wisps.hem):  # what the photo cuts off a lock takes its tip too
+    there = painter.shell.chart.take(painter.shell.there, place)
+    left *= smoothstep(0.3, 0.7, there + 0.25 * (ragged - 0.5))
+    full = painter.shell.chart.take(painter.full, place)
+    left *= smoothstep(0.0, 0.4, full - 0.6 * ragged)
+    air = painter.shell.chart.take(in_the_air(painter.shell).astype(float), wisps.cells[:, -1])
+    for n in np.flatnonzero(wisps.hem | (air > 0.5)):  # what is cut off a lock takes its tip too
         own = slice(first[n], first[n] + count[n])
         lock = left[own].reshape(layout.height[n], layout.width[n])
         left[own] = np.minimum.accumulate(lock, 0).reshape(-1)
     alpha *= left
-    there = painter.shell.chart.take(painter.shell.there, place)
-    alpha *= smoothstep(0.3, 0.7, there + 0.25 * (ragged - 0.5))
-    full = painter.shell.chart.take(painter.full, place)
-    alpha *= smoothstep(0.0, 0.4, full - 0.6 * ragged)
     row, column = layout.top[card] + y, layout.left[card] + x
     texture[row, column, :3] = color * alpha[:, None]
     texture[row, column, 3] = alpha
