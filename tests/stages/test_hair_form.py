@@ -11,14 +11,15 @@ from bakery.geometry.color import to_linear
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
 from bakery.heads.file import load_head
-from bakery.stages.hair import chart
+from bakery.stages.hair import atlas, chart
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.directions import flow, photographed
-from bakery.stages.hair.mesh import CAP, cap_height, cap_surface
+from bakery.stages.hair.mesh import CAP, OVER, cap_height, cap_surface, ribbons
 from bakery.stages.hair.painter import DIFFERS, EVENED, Painter
 from bakery.stages.hair.portrait import _continued, before_face, look
 from bakery.stages.hair.presence import SLIT, _hanging, _held, _slits
-from bakery.stages.hair.shell import make_shell
+from bakery.stages.hair.shell import in_the_air, make_shell
+from bakery.stages.hair.strands import KNOTS, grow
 from bakery.stages.segment import BACKGROUND, HAIR, HIDDEN, SKIN, Segmentation
 from bakery.types import EXPRESSIONS, Camera, Fit
 
@@ -165,7 +166,7 @@ def test_what_hides_the_face_is_hair_where_it_hangs_from_it_and_looks_like_it():
 def test_the_cap_lies_close_below_thick_hair():
     thick = np.array([2.0, 5.0, 20.0, 30.0, 80.0])
     below = thick * (1 - cap_height(thick))
-    np.testing.assert_allclose(below[2:4], 3.5)
+    np.testing.assert_allclose(below[2:4], 1.5)
     assert cap_height(np.array(0.0)) == CAP[0] and cap_height(np.array(1e3)) == CAP[1]
 
 
@@ -307,3 +308,43 @@ def test_earrings_do_not_shine_in_hair():
     assert sharp[earring].max() < 0.1 and sharp[80, 80] == 1 and sharp[80, 158] < 0.1
     np.testing.assert_allclose(out[earring], hair, rtol=0.1)
     assert out[highlight].max() > 0.5 and np.median(out[lock]) > 0.5
+
+
+def test_wisps_stand_far_out_on_the_outline_alone(curtains):
+    """There the photo cuts them; elsewhere nothing does, and the backdrop would look through."""
+    portrait, shell = curtains
+    wisps = grow(shell, flow(portrait, shell, *photographed(portrait))[0], 400, 9.0, 60.0)
+    camera = portrait.camera
+    beside = replace(camera, rotation=np.array([0, np.pi / 2, 0]))
+    front, side = (ribbons(shell, wisps, one)[0].mean(2) for one in (camera, beside))
+    cells, _ = shell.chart.cell(front)
+    outward = front - shell.chart.center
+    outward[..., 1] *= cells[..., 1] < DOME
+    square, outline = (np.abs(cameras.facing(front, outward, one)) for one in (camera, beside))
+    thick = shell.chart.take(shell.radius - shell.base, cells)
+    there = (np.arange(KNOTS) > KNOTS // 2) & (thick > 9.5) & (square > 0.4) & (outline < 0.05)
+    assert there.sum() > 5
+    farther = np.linalg.norm(side - front, axis=-1)[there]
+    # The two edges of a wisp face a little away from its middle.
+    np.testing.assert_allclose(farther, OVER[1] - OVER[0], atol=0.15)
+
+
+def test_what_is_cut_off_hanging_hair_takes_its_tip_too(curtains, monkeypatch):
+    portrait, shell = curtains
+    ways = flow(portrait, shell, *photographed(portrait))[0]
+    wisps = grow(shell, ways, 120, 9.0, 60.0)
+    edges, cells = ribbons(shell, wisps, portrait.camera)
+    monkeypatch.setattr(atlas, "strand_alpha", lambda card, *_: np.ones(len(card), np.float32))
+    layout = atlas.pack(wisps.width, wisps.length, 256)
+    texture, *rest = (np.zeros((256, 256, n), np.float32) for n in (4, 2, 1, 1))
+    atlas.paint_cards(
+        Painter(portrait, shell, ways), layout, edges, cells, np.ones(len(wisps.hem)), wisps,
+        texture, rest[0], rest[1][..., 0], rest[2][..., 0],
+    )  # fmt: skip
+    hangs = wisps.hem | (shell.chart.take(in_the_air(shell).astype(float), wisps.cells[:, -1]) > 0.5)
+    assert hangs.any() and not hangs.all()
+    for n in np.flatnonzero(hangs):
+        rows = slice(layout.top[n], layout.top[n] + layout.height[n])
+        card = texture[rows, layout.left[n] : layout.left[n] + layout.width[n], 3]
+        assert (np.diff(card, axis=0) <= 1e-6).all()
+
