@@ -254,3 +254,22 @@ NEEDS = {"segment": EVERY[1:], "fit": EVERY[1:], "texture": EVERY[2:], "texture.
 @pytest.mark.parametrize("name, options", VARIANTS, ids=[name for name, _ in VARIANTS])
 def test_every_option_makes_again_what_depends_on_it_and_no_more(again, name, options):
     assert again(options=options) == NEEDS.get(name, NEEDS.get(name.split(".")[0], []))
+
+
+def test_the_options_reach_every_step_that_looks_at_the_photo(request_of, ran, monkeypatch, tmp_path):
+    """Segmentation and fit are given what the user asked for, not what is usual."""
+    given = {}
+
+    def noted(name, result):
+        def step(*args):
+            given[name] = next(arg for arg in args if isinstance(arg, BuildOptions))
+            return result
+
+        return step
+
+    monkeypatch.setattr(pipeline, "segment_portrait", noted("segment", None))
+    monkeypatch.setattr(pipeline, "fit_portrait", noted("fit", (PLACED, None)))
+    usual = request_of.options
+    asked = replace(usual, segment=replace(usual.segment, method="colours"))
+    pipeline.build(replace(request_of, landmarks=None, work=tmp_path / "work", options=asked))
+    assert given == {"segment": asked, "fit": asked}

@@ -1,12 +1,14 @@
 """What a generator is shown of a target: each eye's iris lies where that eye looks."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.heads.base import PARTS
-from bakery.stages.condition import condition
+from bakery.stages.condition import condition, face_camera
 from bakery.types import EXPRESSION_INDEX, Camera
 
 RADIUS = 12.0  # mm, of an eyeball, nearly
@@ -42,3 +44,16 @@ def test_each_iris_is_where_its_own_eye_looks(head, open_eyes, gaze):
         np.testing.assert_allclose(found[1], wanted[1], atol=12)
         share = seen.gaze_mask[mine].sum(1)
         np.testing.assert_allclose(share, 1, atol=1e-6)  # what is no iris is white
+
+
+def test_the_head_turns_to_its_left_and_up(head):
+    """Its left is the picture's right, and rows count downwards."""
+    camera = Camera(1200.0, np.array([256.0, 256]), np.zeros(3), np.array([0, 0, -900.0]), 512, 512)
+    fit = SimpleNamespace(camera=camera)
+    nose = head.landmarks(head.mean)[1:2]
+    rest, left, up = (
+        cameras.project(nose, face_camera(fit, head, head.mean, *turn))[0]
+        for turn in ((0, 0), (20, 0), (0, 20))
+    )
+    assert left[0] > rest[0] + 5
+    assert up[1] < rest[1] - 5
