@@ -70,11 +70,18 @@ def test_rims_that_nobody_saw_become_lips(head, mouth):
     assert_array_equal(made[way > 1.05], colors[way > 1.05])
 
 
-def test_what_is_dark_already_stays(head, mouth):
+def test_what_is_dark_stays_in_the_middle_and_is_a_gap_beside_the_corners(head, mouth):
     on_skin, way, _ = mouth
     colors = np.tile(LIP, (len(way), 1))
-    colors[(way > 0) & (way < 0.4)] = 0.02  # darker than any seam
+    dark = (way > 0) & (way < 0.4)
+    colors[dark] = 0.02  # darker than any seam
     made = seam.closed_lips(
         colors, np.ones(len(way)), head, head.mean, on_skin, points_of(head, 0.1)
     )
-    assert_array_equal(made[(way > 0) & (way < 0.4)], 0.02)
+    line = head.landmarks(head.mean)[marks.LIPS_INNER_LOWER]
+    along = (on_skin.at(head.mean)[:, 0] - line[0, 0]) / (line[-1, 0] - line[0, 0])
+    off = np.abs(along - 0.5)
+    assert_array_equal(made[dark & (off < seam.BESIDE[0])], 0.02)
+    gap = dark & (off > seam.BESIDE[1]) & (off < 0.5 - seam.END)
+    deepest = max(seam.DEPTH_LOWER, seam.DEPTH_UPPER + seam.DEPTH_CORNER)
+    assert gap.any() and (made[gap] @ LUMA >= LIP @ LUMA * np.exp(-deepest) * 0.99).all()

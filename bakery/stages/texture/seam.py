@@ -37,6 +37,10 @@ SMOOTH = 1.5  # columns, standard deviation over which their colours are smoothe
 DEPTH_LOWER, FADE_LOWER = 0.8, 1.35
 DEPTH_UPPER, FADE_UPPER, DEPTH_CORNER, CORNER = 0.45, 2.0, 0.4, (0.36, 0.48)
 SOFT = 0.15  # log ratio over which a texel counts as brighter
+# The same by which it is darker than a closed lip: not yet, and wholly what lies behind a gap beside a corner.
+BEHIND = 0.35, 0.8
+BESIDE = 0.15, 0.28  # of the mouth's width, from its middle: there a gap that is seen as closed begins
+PALEST = 0.3  # log by which a lip's own colour may be darker than its median along the mouth
 DARK = 1e-4  # linear
 
 
@@ -81,7 +85,9 @@ def closed_lips(
     hidden = upper & (resting[:, 1] < seam[:, 1])  # by the lower lip
     from_seam = np.where(hidden, 0, from_seam)
     wanted_share = np.interp(along, np.linspace(0, 1, len(share) + 2)[1:-1], share)
-    wanted_share = wanted_share * smoothstep(0, END, np.minimum(along, 1 - along))
+    ends = smoothstep(0, END, np.minimum(along, 1 - along))
+    wanted_share = wanted_share * ends
+    beside = ends * smoothstep(*BESIDE, np.abs(along - 0.5))
     out = colors.copy()
     for number, (way, _) in enumerate(ways):
         rows = np.flatnonzero((upper if number == 0 else ~upper) & (way < LIP[1]))
@@ -95,8 +101,9 @@ def closed_lips(
         wanted = body * np.exp(fall)[:, None]
         above = np.log(np.maximum(here @ LUMA, DARK) / np.maximum(wanted @ LUMA, DARK))
         brighter = smoothstep(0, SOFT, above) * -np.expm1(fall) / -np.expm1(fall.min())
-        weight = wanted_share[rows] * smoothstep(LIP[1], LIP[0], way[rows])
-        weight = weight * np.maximum(1 - seen, brighter)
+        weight = wanted_share[rows] * np.maximum(1 - seen, brighter)
+        behind = beside[rows] * smoothstep(*BEHIND, -above)
+        weight = np.maximum(weight, behind) * smoothstep(LIP[1], LIP[0], way[rows])
         out[near[rows]] = here + weight[:, None] * (wanted - here)
     return out
 
@@ -132,5 +139,7 @@ def _body(colors, along, counts):
     medians = np.array([np.median(colors[counts & (column == k)], 0) for k in known])
     centers, every = (np.array(known) + 0.5) / COLUMNS, (np.arange(COLUMNS) + 0.5) / COLUMNS
     each = np.stack([np.interp(every, centers, medians[:, c]) for c in range(3)], 1)
+    light = np.maximum(each @ LUMA, DARK)
+    each *= np.maximum(np.exp(-PALEST) * np.median(light) / light, 1)[:, None]
     each = cv2.GaussianBlur(each, (1, 0), sigmaX=1, sigmaY=SMOOTH, borderType=cv2.BORDER_REPLICATE)
     return np.stack([np.interp(along, every, each[:, c]) for c in range(3)], 1)
