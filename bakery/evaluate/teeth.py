@@ -42,7 +42,9 @@ def toothy(portraits: Path, name: str) -> dict[Path, np.ndarray]:
     """Photos of a set that show teeth between open lips: path -> points [478, 2]."""
     found = {}
     for path, points in reference_points(portraits, name).items():
-        if lips.gap(points) > OPEN * lips.width(points) and seen_teeth(to_linear(read_photo(path).encoded), points):
+        if lips.gap(points) > OPEN * lips.width(points) and seen_teeth(
+            to_linear(read_photo(path).encoded), points
+        ):
             found[path] = points
     return found
 

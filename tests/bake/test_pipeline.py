@@ -256,7 +256,9 @@ def test_every_option_makes_again_what_depends_on_it_and_no_more(again, name, op
     assert again(options=options) == NEEDS.get(name, NEEDS.get(name.split(".")[0], []))
 
 
-def test_the_options_reach_every_step_that_looks_at_the_photo(request_of, ran, monkeypatch, tmp_path):
+def test_the_options_reach_every_step_that_looks_at_the_photo(
+    request_of, ran, monkeypatch, tmp_path
+):
     """Segmentation and fit are given what the user asked for, not what is usual."""
     given = {}
 

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from bakery.evaluate import teeth
 from bakery.evaluate.detection import lips

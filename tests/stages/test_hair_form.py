@@ -341,10 +341,11 @@ def test_what_is_cut_off_hanging_hair_takes_its_tip_too(curtains, monkeypatch):
         Painter(portrait, shell, ways), layout, edges, cells, np.ones(len(wisps.hem)), wisps,
         texture, rest[0], rest[1][..., 0], rest[2][..., 0],
     )  # fmt: skip
-    hangs = wisps.hem | (shell.chart.take(in_the_air(shell).astype(float), wisps.cells[:, -1]) > 0.5)
+    hangs = wisps.hem | (
+        shell.chart.take(in_the_air(shell).astype(float), wisps.cells[:, -1]) > 0.5
+    )
     assert hangs.any() and not hangs.all()
     for n in np.flatnonzero(hangs):
         rows = slice(layout.top[n], layout.top[n] + layout.height[n])
         card = texture[rows, layout.left[n] : layout.left[n] + layout.width[n], 3]
         assert (np.diff(card, axis=0) <= 1e-6).all()
-

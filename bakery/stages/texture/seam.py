@@ -39,7 +39,10 @@ DEPTH_UPPER, FADE_UPPER, DEPTH_CORNER, CORNER = 0.45, 2.0, 0.4, (0.36, 0.48)
 SOFT = 0.15  # log ratio over which a texel counts as brighter
 # The same by which it is darker than a closed lip: not yet, and wholly what lies behind a gap beside a corner.
 BEHIND = 0.35, 0.8
-BESIDE = 0.15, 0.28  # of the mouth's width, from its middle: there a gap that is seen as closed begins
+BESIDE = (
+    0.15,
+    0.28,
+)  # of the mouth's width, from its middle: there a gap that is seen as closed begins
 PALEST = 0.3  # log by which a lip's own colour may be darker than its median along the mouth
 DARK = 1e-4  # linear
 
