@@ -173,8 +173,10 @@ def test_transfer_carries_what_the_skin_does(bundle, bakery, blotched, tmp_path,
     apart = cv2.GaussianBlur(dark - still, (0, 0), 4)
     row, column = np.unravel_index(apart.argmin(), apart.shape)
     # What a network makes of a blotch hangs by chance on its input: over nine targets whose shapes differ
-    # by less than 2 mm, or skins by less than any eye sees, -1.7 to -2.2 were measured.
-    assert apart.min() < -1.5 and apart.max() < 1
+    # by less than 2 mm, or skins by less than any eye sees, -1.7 to -2.2 were measured, and over eight whose
+    # light beside the face falls off by 0.05 to 5 of the logarithm, or sides are 0.06 to 0.15 darker, -1.48
+    # to -1.90 without any trend.
+    assert apart.min() < -1.3 and apart.max() < 1
     assert 120 < row < 180 and 70 < column < 125  # the subject's right cheek, left in the picture
 
 

@@ -159,5 +159,5 @@ def test_light_falls_off_no_further_beside_the_face(head):
     dark = sides & (np.log(shade[..., 0]) < -0.5)
     assert dark.any()
     gain = np.log(light[dark] / shade[dark])
-    assert gain.min() > 0.05  # shading is 0.69 darker at most, rims 0.3
+    assert gain.min() > 0.03  # shading is 0.69 darker at most, rims about 0.4
     assert light[sides].max() < light[middle].max() * np.exp(FALLOFF)
