@@ -37,18 +37,25 @@ def test_teeth_are_as_they_are_seen():
     seen = seen_teeth(picture, points)
     assert seen.share == 1
     assert_allclose(seen.color, TEETH, atol=1e-5)
-    assert_allclose(teeth_color(picture, points), TEETH, atol=1e-5)
+    likely = likely_teeth(picture, points)
+    assert_allclose(teeth_color(picture, points, likely), TEETH, atol=1e-5)
 
 
 @pytest.mark.parametrize("opening", [0, 4])
 def test_closed_lips_show_none(opening):
     picture, points = face(opening)
     assert seen_teeth(picture, points) is None
-    assert_allclose(teeth_color(picture, points), likely_teeth(picture, points))
+    assert teeth_color(picture, points, TEETH) is TEETH
 
 
 def test_a_mouth_of_gums_shows_none():
     assert seen_teeth(*face(40, GUMS)) is None
+
+
+def test_an_empty_mouth_is_no_dark_teeth():
+    picture, points = face(40, 0.1 * TEETH)
+    likely = likely_teeth(picture, points)
+    assert_allclose(teeth_color(picture, points, likely), likely)
 
 
 def test_few_teeth_tell_less():

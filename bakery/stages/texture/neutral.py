@@ -161,15 +161,11 @@ def prepare(
         source[on_skin.index[change > CHANGED]] = INFERRED
     sclera = eyes.ball[:, 128, :].reshape(-1, 3)  # the horizontal meridian of both balls
     white = np.percentile(sclera, 75, axis=0)
+    usual = likely_teeth(view.image, view.points)
+    teeth = teeth_color(view.image, view.points, usual)
     for rows, colors in (
         paint_eyes(eyes, head, neutral, atlas),
-        paint_interior(
-            head,
-            neutral,
-            atlas,
-            teeth_color(view.image, view.points),
-            likely_teeth(view.image, view.points),
-        ),
+        paint_interior(head, neutral, atlas, teeth, usual),
     ):
         texture[atlas.index[rows]] = colors
         source[atlas.index[rows]] = PAINTED

@@ -39,11 +39,8 @@ DEPTH_UPPER, FADE_UPPER, DEPTH_CORNER, CORNER = 0.45, 2.0, 0.4, (0.36, 0.48)
 SOFT = 0.15  # log ratio over which a texel counts as brighter
 # The same by which it is darker than a closed lip: not yet, and wholly what lies behind a gap beside a corner.
 BEHIND = 0.35, 0.8
-BESIDE = (
-    0.15,
-    0.28,
-)  # of the mouth's width, from its middle: there a gap that is seen as closed begins
-PALEST = 0.3  # log by which a lip's own colour may be darker than its median along the mouth
+BESIDE = 0.15, 0.28  # of the mouth's width off its middle, from which such gaps are looked for
+DARKEST = 0.3  # log by which a lip's own colour may be darker than its median along the mouth
 DARK = 1e-4  # linear
 
 
@@ -143,6 +140,6 @@ def _body(colors, along, counts):
     centers, every = (np.array(known) + 0.5) / COLUMNS, (np.arange(COLUMNS) + 0.5) / COLUMNS
     each = np.stack([np.interp(every, centers, medians[:, c]) for c in range(3)], 1)
     light = np.maximum(each @ LUMA, DARK)
-    each *= np.maximum(np.exp(-PALEST) * np.median(light) / light, 1)[:, None]
+    each *= np.maximum(np.exp(-DARKEST) * np.median(light) / light, 1)[:, None]
     each = cv2.GaussianBlur(each, (1, 0), sigmaX=1, sigmaY=SMOOTH, borderType=cv2.BORDER_REPLICATE)
     return np.stack([np.interp(along, every, each[:, c]) for c in range(3)], 1)

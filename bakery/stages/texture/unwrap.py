@@ -21,10 +21,7 @@ DARKEST, BRIGHTEST = 0.5, 1.6  # shading over that of a frontal normal is never 
 CONTRAST = 2.0  # of the shading of what faces the camera
 AHEAD = np.array([[0, 0, 1], [-0.8, 0, 0.6], [0.8, 0, 0.6], [0, -0.8, 0.6], [0, 0.8, 0.6]])
 SLANTING = (75.0, 55.0)  # degrees from which on tones are not believed, and up to which they are
-SQUARE = (
-    0.45,
-    0.75,
-)  # cosine to the line of sight: between, the photo's shading gives way to that of the rim
+SQUARE = (0.45, 0.75)  # cosine to the line of sight, from which the photo's light is kept
 FALLOFF = 0.1  # log of light, beyond the rim at most
 MIDDLE = 0.55  # of the face's contour: within, sockets and sides of a nose are dark by nature, and believed
 PALER = 0.6  # log of red over blue: skin of one face, in all its parts, differs less
@@ -46,9 +43,7 @@ class PartialAlbedo:
     seen: np.ndarray  # [T, T] float32 0..1: how surely the photo shows bare skin there
     even: np.ndarray  # [T, T] float32 0..1: 1 where it is seen squarely and in no cast shadow
     plain: np.ndarray  # [T, T] float32 0..1: 0 where brows, beard or lips are dark by nature
-    light: (
-        np.ndarray
-    )  # [T, T, 3] float32, see `photo_light`: what the avatar keeps of the photo's light
+    light: np.ndarray  # [T, T, 3] float32: what an avatar keeps of the photo's, see `photo_light`
     on_skin: np.ndarray  # [T, T] float32: 1 on the charts of the skin
 
     def lit(self, albedo: np.ndarray) -> np.ndarray:
