@@ -21,7 +21,7 @@ class Mutant:
     file: str  # below bakery/
     line: str  # as it is, once in the file
     wrong: str
-    tests: str  # file of tests, and what their names hold
+    tests: str  # file of tests
 
 
 MUTANTS = {
@@ -47,7 +47,7 @@ MUTANTS = {
         "cli/texture.py",
         'plug_in("generators", request["generator"])',
         'plug_in("generators", "rendered")',
-        "tests/cli",
+        "tests/cli/test_steps.py",
     ),
     "another source type of IPTC": Mutant(
         "generators/pagan.py",
@@ -88,24 +88,39 @@ MUTANTS = {
 }
 
 
-@pytest.mark.parametrize("name", MUTANTS)
-def test_a_mistake_fails_a_test(name, tmp_path):
-    mutant = MUTANTS[name]
+@pytest.fixture
+def copy(tmp_path):
+    """A copy of the package with its tests."""
     copy_linked(ROOT / "bakery", tmp_path / "bakery")
     for entry in LINKED:
         (tmp_path / entry).symlink_to(ROOT / entry)
-    changed = tmp_path / "bakery" / mutant.file
+    return tmp_path
+
+
+def run_tests(copy, *tests):
+    return subprocess.run(
+        [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests],
+        cwd=copy,
+        env=os.environ | {"PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"},
+        capture_output=True,
+        text=True,
+    )
+
+
+def test_without_a_mistake_none_fails(copy):
+    run = run_tests(copy, *sorted({mutant.tests for mutant in MUTANTS.values()}))
+    assert run.returncode == 0, run.stdout[-2000:]
+
+
+@pytest.mark.parametrize("name", MUTANTS)
+def test_a_mistake_fails_a_test(name, copy):
+    mutant = MUTANTS[name]
+    changed = copy / "bakery" / mutant.file
     text = changed.read_text()
     assert text.count(mutant.line) == 1, "the line has gone: mend the mutant"
     changed.unlink()
     changed.write_text(text.replace(mutant.line, mutant.wrong))
-    run = subprocess.run(
-        [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", mutant.tests],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"},
-        capture_output=True,
-        text=True,
-    )
+    run = run_tests(copy, mutant.tests)
     assert run.returncode == 1, f"no test noticed: {run.stdout[-2000:]}"
 
 

@@ -18,17 +18,17 @@ from bakery.bake.subject import FittedSubject
 from bakery.evaluate.albedo import lab
 from bakery.evaluate.avatar import CROP, polygon_mask
 from bakery.evaluate.detection import lips
+from bakery.evaluate.generator.motion import first_shade
 from bakery.evaluate.metrics import psnr
 from bakery.formats.image import read_photo, write_image
 from bakery.formats.portraits import landmarks_of, reference_points
 from bakery.generators.base import Generator
-from bakery.generators.channels import NONE, condition_channels
-from bakery.generators.interior import interior_shade
+from bakery.generators.channels import NONE
 from bakery.generators.shade import MOUTH, is_part
-from bakery.geometry import camera as cameras
 from bakery.geometry.color import LUMA, to_encoded, to_linear
 from bakery.heads.base import HeadModel
 from bakery.landmarks import LIPS_INNER
+from bakery.runtime.render import GRAY
 from bakery.stages.condition import shrunk
 from bakery.stages.texture.teeth import seen_teeth
 
@@ -77,7 +77,8 @@ def measure(
         seen = fitted.neutral
         made[way] = _encoded(generator.generate(fitted.subject, seen.conditions).image, seen)
         if way == "hidden":
-            made["geometry"] = _encoded(_shaded(fitted, seen), seen)
+            shaded = seen.conditions.deformed_neutral * first_shade(fitted.head, seen.conditions)
+            made["geometry"] = _encoded(shaded, seen)
         mouth = is_part(seen.channels.part, *MOUTH)
         inside = mouth if inside is None else inside & mouth
     truth, marks = seen.picture, seen.points
@@ -96,15 +97,8 @@ def measure(
 
 def _encoded(linear, seen):
     """A picture of the conditions as an sRGB-encoded one of the frame, gray where no head is."""
-    shown = np.where((seen.conditions.part != NONE)[..., None], linear, 0.2)
+    shown = np.where((seen.conditions.part != NONE)[..., None], linear, GRAY)
     return shrunk(to_encoded(np.clip(shown, 0, 1)), seen.camera)
-
-
-def _shaded(fitted, seen):
-    conditions = seen.conditions
-    channels = condition_channels(fitted.head, conditions)
-    shade = interior_shade(channels, cameras.pixels_per_mm(conditions.camera))
-    return conditions.deformed_neutral * shade[..., None]
 
 
 def _figures(made, truth, points, inside):

@@ -60,12 +60,12 @@ def _frames(fitted, take, generator, first, count):
             for c in (camera, finer(camera))
         )
         made = generator.generate(subject, fine).image
-        pictures = (fine.deformed_neutral * _first_shade(head, fine), fine.deformed_neutral, made)
+        pictures = (fine.deformed_neutral * first_shade(head, fine), fine.deformed_neutral, made)
         shown = (shrunk(to_encoded(np.clip(picture, 0, 1)), camera) for picture in pictures)
         yield seen, dict(zip(PICTURES, shown))
 
 
-def _first_shade(head, conditions):
+def first_shade(head, conditions):
     """The factor [H, W, 1] on eyes and mouth that a network's deformed neutral comes with."""
     channels = condition_channels(head, conditions)
     per_mm = cameras.pixels_per_mm(conditions.camera)

@@ -7,7 +7,7 @@ import numpy as np
 
 from bakery.geometry.color import LUMA
 from bakery.geometry.fill import smoothstep
-from bakery.landmarks import EYES, LIPS_INNER
+from bakery.landmarks import LIPS_INNER, face_size
 
 # Of 317 people of congress/train who smile with open lips: teeth against the skin of cheeks and forehead,
 # in logarithms of linear colour. Luminance is OFFSET + SLOPE * skin's (sd of what is left 0.24; by one
@@ -55,8 +55,7 @@ def seen_teeth(linear: np.ndarray, points: np.ndarray) -> Teeth | None:
 
 def likely_teeth(linear: np.ndarray, points: np.ndarray) -> np.ndarray:
     """The colour [3] that teeth have, by the skin of the face in its light; arguments as above."""
-    eyes = _eye_distance(points)
-    half = max(PATCH * eyes, 1)
+    half = max(PATCH * float(face_size(points)), 1)
     skin = []
     for x, y in points[SKIN]:
         rows, columns = (slice(max(int(at - half), 0), int(at + half) + 1) for at in (y, x))
@@ -83,13 +82,9 @@ def teeth_color(linear: np.ndarray, points: np.ndarray, likely: np.ndarray) -> n
     return likely * (np.maximum(seen.color, 1e-3) / likely) ** share
 
 
-def _eye_distance(points):
-    return float(np.linalg.norm(points[EYES[0][0]] - points[EYES[1][0]]))
-
-
 def _between_lips(shape, points):
     """Where [H, W] the mouth's interior is seen, off the rim of the lips; the distance of the eyes."""
-    eyes = _eye_distance(points)
+    eyes = float(face_size(points))
     mouth = np.zeros(shape, np.uint8)
     cv2.fillPoly(mouth, [np.round(points[LIPS_INNER]).astype(np.int32)], 1)
     return cv2.distanceTransform(mouth, cv2.DIST_L2, 3) > max(INSIDE * eyes, 1), eyes

@@ -91,9 +91,14 @@ def photo_light(fit: Fit, head: HeadModel, vertices: np.ndarray, atlas: Atlas) -
     rim in the photo, a dull cheek when the avatar turns. There the light at the rim goes on, with FALLOFF.
     """
     normals = _seen_normals(fit, head, vertices, atlas)
-    shade = np.log(np.maximum(shading(normals, fit.light)[:, 0], 1e-3))
-    log, on_skin = (atlas.paint(np.float32(x)) for x in (shade, np.ones(len(shade))))
-    square = atlas.paint(np.float32(smoothstep(*SQUARE, normals[:, 2])))
+    return _held_light(shading(normals, fit.light), normals[:, 2], head, atlas)
+
+
+def _held_light(shade, cosine, head, atlas):
+    """`photo_light` [T, T, 3] of shading [N, 3] and the cosine [N] to the line of sight, on an atlas."""
+    gray = np.log(np.maximum(shade[:, 0], 1e-3))
+    log, on_skin = (atlas.paint(np.float32(x)) for x in (gray, np.ones(len(gray))))
+    square = atlas.paint(np.float32(smoothstep(*SQUARE, cosine)))
     square *= inner_face(head, atlas.size, 1.0)
     rim = diffuse(np.where(square > 0, log, 0)[..., None], square)[..., 0]
     held = rim + soft_limit(log - rim, FALLOFF)
@@ -181,7 +186,8 @@ def unwrap_albedo(
     skin = np.maximum(bilinear(mask, pixels), up_to_hair(mattes, head, atlas, pixels))
     weight *= smoothstep(0.5, 0.95, skin)
     color = np.maximum(bicubic(linear, pixels), 0)
-    shade = photo_shade(fit, head, vertices, atlas)
+    normals = _seen_normals(fit, head, vertices, atlas)
+    shade = shading(normals, fit.light)
     on_skin = atlas.paint(np.ones(len(pixels), np.float32))
     albedo = atlas.paint(reflectance(color, shade))
     slant = atlas.paint(1 - visibility.weight(*GRAZING))
@@ -198,7 +204,7 @@ def unwrap_albedo(
         soften(weight * (1 - edge), on_skin),
         square * smoothstep(*SHADED[::-1], shadow) * on_skin,
         plain,
-        photo_light(fit, head, vertices, atlas),
+        _held_light(shade, normals[:, 2], head, atlas),
         on_skin,
     )
 
