@@ -33,6 +33,13 @@ FAR_TONE = 0.003  # how strongly unseen skin leans to what is likely, against it
 SHARED = 0.05  # weight that both halves must reach somewhere before their colours are compared
 FADE = 1 / 60  # of the atlas's side, blur of the borders of what is known off the face
 MUCOSA = np.array([0.92, 0.66, 0.68], np.float32)  # wet inside of the lips over their outside
+# Sides of a nose, and log by which they are darker than is likely: to the first they are kept, from the
+# second on they are filled in. A shadow there is as narrow as they are, and has an edge along the ridge.
+NOSE_SIDES = (
+    np.array([193, 245, 114, 47, 49, 131, 134, 51, 3, 196]),
+    np.array([417, 465, 343, 277, 279, 360, 363, 281, 248, 419]),
+)
+NOSE_SHADE = (0.25, 0.5)
 GRAIN_WAVELENGTHS = (0.9, 1.8, 3.6)  # mm; pores to small blotches
 
 
@@ -82,10 +89,12 @@ def complete(
         likely = likely_tone(alike(joined, sure), sure, head, atlas, database)
         gap = darkness(likely, joined, known * partial.plain)
         kept = (1 - leak(gap)) * (1 - odd(gap) * (1 - face))
+        kept = kept * (1 - smoothstep(*NOSE_SHADE, gap) * nose_sides(head, atlas.size))
         even = even * (1 - smoothstep(*LIKELY, gap))
         known, sure = known * kept, trusted * even * kept
         likely = likely_tone(alike(joined, sure), sure, head, atlas, database)
-        skin = evened(joined, known, even, sure, likely, partial.plain, face, on_skin)
+        twice = np.minimum(seen, seen[:, ::-1])
+        skin = evened(joined, known, even, twice, sure, likely, partial.plain, face, on_skin)
         joined, known, base, lift = skin.albedo, skin.known, skin.tone, skin.lift
         tone = np.median(joined[well], 0) if well.any() else tone
         trusted = np.minimum(trusted, known)
@@ -114,6 +123,12 @@ def complete(
     if method == "synthesize" and wanted is not None:
         albedo = _at_density(albedo, 1 - share[..., 0], on_skin, wanted, head, windows)
     return CompleteAlbedo(albedo, source, tone, lift)
+
+
+def nose_sides(head: HeadModel, size: int) -> np.ndarray:
+    """1 on the sides of the nose [T, T] float32, with soft borders."""
+    mask = np.maximum(*(uv_polygon(head, ring, 1.1, size) for ring in NOSE_SIDES))
+    return cv2.GaussianBlur(mask, (0, 0), size / 170)
 
 
 def _at_density(

@@ -23,9 +23,11 @@ COLORED, MIDDLE = 12.0, 0.1
 # Log of luminance, and of colour beside it, by which tones may differ from the field: where both halves
 # do, or one does, and of each where the tone is no more believed than at a slant.
 BOTH, ONE = (0.4, 0.12), (0.08, 0.03)
-BOTH_SLANTING, ONE_SLANTING = (0.12, 0.03), (0.03, 0.01)
+BOTH_SLANTING, ONE_SLANTING = (0.06, 0.03), (0.03, 0.01)
 # The same of the field against the face's mean, on the face and beside it.
-FACE, BESIDE = (3.0, 2.0), (0.08, 0.05)
+FACE, BESIDE = (3.0, 2.0), (0.05, 0.05)
+# The same of the field itself, against what is likely: people's cheeks and chins differ less in colour.
+FIELD = (0.1, 0.05)
 DARKER = 3.5  # log of what a shadow takes away, at most
 LOST = (0.5, 0.9)  # log lost to shadow off the face: detail stays up to it, and none beyond
 EDGE = (0.2, 0.4)  # log of what is lifted, over FINE: a shadow's edge, which is filled in
@@ -48,6 +50,7 @@ def evened(
     albedo: np.ndarray,
     known: np.ndarray,
     even: np.ndarray,
+    twice: np.ndarray,
     sure: np.ndarray,
     likely: np.ndarray,
     plain: np.ndarray,
@@ -58,7 +61,8 @@ def evened(
 
     Args:
         albedo: [T, T, 3] linear; known: [T, T] 0..1.
-        even: [T, T] 0..1, how far its tone is believed; sure: the same, of texels that tell the field.
+        even: [T, T] 0..1, how far its tone is believed; twice: 0..1, where the photo shows both halves: one
+            that stands in for the other is no second witness; sure: the same, of texels that tell the field.
         likely: [T, T, 3] linear, smooth, positive.
         plain: [T, T] 0..1, 0 on brows, beard and lips, which are lifted as the skin beside them.
         face: [T, T] 0..1, 1 well within the face; on_skin: 1 on the skin's charts.
@@ -76,12 +80,15 @@ def evened(
     low, both = log_of(albedo), np.sqrt(likely * likely[:, ::-1])
     inner = np.maximum(face, _inside(known, RIM * size))
     weight = sure * inner * (plain + 1e-3)
-    log = np.log(both) + _field(np.clip(low - log_of(both), -DARKER, DARKER), weight, on_skin)
     inside = (weight * face + UNSEEN * on_skin)[..., None]
+    field = _field(np.clip(low - log_of(both), -DARKER, DARKER), weight, on_skin)
+    level = (field * inside).sum((0, 1)) / inside.sum()
+    field = level + _held(field - level, FIELD, face, FIELD)
+    log = np.log(both) + field
     mean = (log * inside).sum((0, 1)) / inside.sum()
     base = np.exp(mean + _held(log - mean, FACE, face, BESIDE))
     ratio = np.clip(low - log_of(base), -DARKER, DARKER)
-    wanted = _believed(ratio, known, even * inner)
+    wanted = _believed(ratio, known, even * inner, twice)
     lift = wanted - ratio
     lost = smoothstep(*LOST, lift @ LUMA) * (1 - even) * (1 - face)
     lost = np.maximum(lost, _edges(lift @ LUMA) * _inside(known, FINE * size))
@@ -113,11 +120,13 @@ def _field(ratio: np.ndarray, weight: np.ndarray, on_skin: np.ndarray) -> np.nda
     return diffuse(shared, np.clip(np.maximum(mass, UNSEEN * on_skin), 0, 1))
 
 
-def _believed(ratio: np.ndarray, known: np.ndarray, even: np.ndarray) -> np.ndarray:
+def _believed(
+    ratio: np.ndarray, known: np.ndarray, even: np.ndarray, twice: np.ndarray
+) -> np.ndarray:
     """What of a log ratio [T, T, 3] is believed."""
     shared, _ = _shared(ratio, known)
     rest = ratio - shared
-    return _held(shared, BOTH, even, BOTH_SLANTING) + _held(rest, ONE, even, ONE_SLANTING)
+    return _held(shared, BOTH, even * twice, BOTH_SLANTING) + _held(rest, ONE, even, ONE_SLANTING)
 
 
 def _held(

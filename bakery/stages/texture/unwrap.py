@@ -23,6 +23,7 @@ AHEAD = np.array([[0, 0, 1], [-0.8, 0, 0.6], [0.8, 0, 0.6], [0, -0.8, 0.6], [0, 
 SLANTING = (75.0, 55.0)  # degrees from which on tones are not believed, and up to which they are
 SQUARE = (0.45, 0.75)  # cosine to the line of sight, from which the photo's light is kept
 FALLOFF = 0.1  # log of light, beyond the rim at most
+KEPT = 0.3  # log of light over that of a frontal normal: more of it, either way, is hardly kept
 MIDDLE = 0.55  # of the face's contour: within, sockets and sides of a nose are dark by nature, and believed
 PALER = 0.6  # log of red over blue: skin of one face, in all its parts, differs less
 GRAZING = (75.0, 45.0)  # degrees: from the second on the light behind a head may glare on its skin
@@ -96,7 +97,7 @@ def photo_light(fit: Fit, head: HeadModel, vertices: np.ndarray, atlas: Atlas) -
 
 def _held_light(shade, cosine, head, atlas):
     """`photo_light` [T, T, 3] of shading [N, 3] and the cosine [N] to the line of sight, on an atlas."""
-    gray = np.log(np.maximum(shade[:, 0], 1e-3))
+    gray = soft_limit(np.log(np.maximum(shade[:, 0], 1e-3)), KEPT)
     log, on_skin = (atlas.paint(np.float32(x)) for x in (gray, np.ones(len(gray))))
     square = atlas.paint(np.float32(smoothstep(*SQUARE, cosine)))
     square *= inner_face(head, atlas.size, 1.0)
