@@ -42,6 +42,17 @@ class Maker:
 
 
 @dataclass(frozen=True)
+class Ingredient:
+    """What an input says about how it was made: its own mark, which an avatar's manifest keeps."""
+
+    sha256: str  # of the file's bytes
+    source_type: str = ""  # IPTC digital source type in its XMP, a URL
+    store: str = ""  # SHA-256 of the C2PA manifest store that it carries
+    claimed_by: str = ""  # what made its active C2PA manifest: "Program 1.0"
+    claimed: tuple[str, ...] = ()  # digital source types in its C2PA manifests, URLs
+
+
+@dataclass(frozen=True)
 class Photo:
     """A decoded picture, upright, in Rec.709 primaries."""
 
@@ -49,6 +60,7 @@ class Photo:
     sha256: str  # of the file's bytes
     focal_35mm: float | None = None  # mm, 35 mm equivalent, from EXIF
     notes: tuple[str, ...] = ()  # conversions that were made, for the manifest
+    ingredient: Ingredient | None = None  # its own mark
 
     def __post_init__(self) -> None:
         check_array("Photo.encoded", self.encoded, (None, None, 3))

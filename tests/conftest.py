@@ -107,6 +107,20 @@ def hairdo():
 
 
 @pytest.fixture(scope="session")
+def authority(tmp_path_factory):
+    """An Authority of tests/authority.py; skips without the extra c2pa."""
+    pytest.importorskip("c2pa", reason="needs c2pa-python, the extra c2pa")
+    made = runpy.run_path(str(ROOT / "tests" / "authority.py"))
+    return made["Authority"](tmp_path_factory.mktemp("authority"))
+
+
+@pytest.fixture(scope="session")
+def signer(authority):
+    """A Signer that the authority certifies."""
+    return authority.signer()
+
+
+@pytest.fixture(scope="session")
 def fitted(portrait, head, once):
     """The painted portrait as a FittedSubject, by its landmarks; tests must not change it."""
     from bakery.bake.subject import FittedSubject

@@ -13,6 +13,7 @@ from pathlib import Path
 from bakery.bake.pipeline import Progress, Request, build, recipe
 from bakery.errors import BakeryError, InputError
 from bakery.export.bundle import read_manifest
+from bakery.formats.place import SIGNATURE
 
 ENDINGS = (
     ".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".heic", ".heif", ".avif", ".bmp", ".jp2",
@@ -95,7 +96,8 @@ def is_fresh(request: Request) -> bool:
             (request.output / entry["path"]).stat().st_size == entry["bytes"]
             for entry in manifest["files"]
         )
-        return whole and manifest["provenance"].get("recipe") == recipe(request)
+        signed = request.credentials is None or (request.output / SIGNATURE).is_file()
+        return whole and signed and manifest["provenance"].get("recipe") == recipe(request)
     except (BakeryError, OSError):
         return False
 

@@ -8,6 +8,7 @@ from typing import Any
 from bakery.bake.fitting import own_head
 from bakery.bake.options import BundleOptions
 from bakery.export import bundle as bundles
+from bakery.export import signed
 from bakery.export.manifest import Baked, manifest
 from bakery.exporters.base import Exporter
 from bakery.exporters.exr import ExrExporter
@@ -15,6 +16,7 @@ from bakery.exporters.head import HeadExporter
 from bakery.exporters.web import WebExporter
 from bakery.formats import image, mark
 from bakery.formats.place import staged
+from bakery.formats.signing import Credentials
 from bakery.parallel import side_by_side
 from bakery.plugins import plug_in
 from bakery.runtime.avatar import Avatar
@@ -28,6 +30,7 @@ def write_bundle(
     options: BundleOptions,
     keep_photo: bool = False,
     overwrite: bool = False,
+    credentials: Credentials | None = None,
 ) -> None:
     """Write a bundle.
 
@@ -37,6 +40,7 @@ def write_bundle(
         options: which formats go along, and how large.
         keep_photo: whether the photo goes into the bundle.
         overwrite: whether an older bundle may be replaced.
+        credentials: what signs it, if it is signed.
 
     Raises:
         BakeryError: the place is taken, the disk is full, or an exporter refuses the avatar.
@@ -66,7 +70,12 @@ def write_bundle(
         ]
         said = list(side_by_side(operator.call, jobs))
         mark.stamp(folder, mark.of_ours(baked.generator.source_type, baked.photo.sha256))
-        bundles.write_manifest(folder, manifest(baked, said, bundles.list_files(folder)))
+        if credentials:
+            signed.sign_preview(folder, credentials)
+        table = manifest(baked, said, bundles.list_files(folder))
+        bundles.write_manifest(folder, table)
+        if credentials:
+            signed.write_signature(folder, table, credentials)
 
 
 def exporters(options: BundleOptions) -> list[Exporter]:

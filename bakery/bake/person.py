@@ -11,6 +11,7 @@ import numpy as np
 from bakery.bake.fitting import fitted_neutral, outlined, rested
 from bakery.bake.options import BuildOptions
 from bakery.errors import FitError, InputError
+from bakery.formats.ingredient import note_of, says_ai
 from bakery.heads.base import HeadModel
 from bakery.landmarks import FACE, face_size
 from bakery.stages.fit import Face, fit, fit_together, prepare
@@ -34,6 +35,13 @@ def check_photos(paths: Sequence[Path], photos: Sequence[Photo]) -> None:
     for (first, one), (second, two) in combinations(zip(paths, photos), 2):
         if one.sha256 and one.sha256 == two.sha256:
             raise InputError(f"{first} and {second}: the same photo twice; give each photo once")
+
+
+def tell_marks(paths: Sequence[Path], photos: Sequence[Photo]) -> None:
+    """Warn of photos that say that they are AI-made; their own marks go into the manifest."""
+    for path, photo in zip(paths, photos):
+        if says_ai(photo.ingredient):
+            log.warning("%s: %s; the manifest keeps its mark", path, note_of(photo.ingredient))
 
 
 def fit_person(

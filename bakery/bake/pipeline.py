@@ -25,7 +25,7 @@ from bakery.bake.fitting import (
 from bakery.bake.kept import Kept
 from bakery.bake.mask import draw_masks
 from bakery.bake.options import BuildOptions
-from bakery.bake.person import check_photos, fit_person, leading
+from bakery.bake.person import check_photos, fit_person, leading, tell_marks
 from bakery.bake.targets import read_targets
 from bakery.bake.textures import paint
 from bakery.bake.views import PhotoView
@@ -35,6 +35,7 @@ from bakery.export.manifest import Baked
 from bakery.formats import image, record
 from bakery.formats.files import digest, digest_file, read_bytes
 from bakery.formats.place import check_place
+from bakery.formats.signing import Credentials
 from bakery.formats.work import Work, key_of, work_folder
 from bakery.generators.base import Generator
 from bakery.heads.base import HeadModel
@@ -72,6 +73,7 @@ class Request:
     work: Path | None = None
     others: tuple[Path, ...] = ()  # further photos of the same person
     consent: Consent | None = None  # of the person shown
+    credentials: Credentials | None = None  # what signs the bundle; none leaves it unsigned
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +154,7 @@ def find_portrait(request: Request, head: HeadModel, work: Work | None, show: Pr
     work = work or Work(None)
     options, paths = request.options, (request.photo, *request.others)
     photos = [image.read_photo(path, request.frame) for path in paths]
+    tell_marks(paths, photos)
     check_photos(paths, photos)
     show("detect", 0, 4)
     found = [
@@ -176,15 +179,9 @@ def find_portrait(request: Request, head: HeadModel, work: Work | None, show: Pr
     if request.others:
         log.info("%s: leads, the other photos fill what it sees badly", paths[lead])
     findings = examine(
-        paths[lead],
-        seen.photo,
-        seen.landmarks,
-        seen.fit,
-        seen.segmentation,
-        options,
-        request.strict,
+        paths[lead], seen.photo, seen.landmarks, seen.fit, seen.segmentation, options, request.strict,
         landmarks_file(request.landmarks, paths[lead]) is not None,
-    )
+    )  # fmt: skip
     return Portrait(
         seen.photo, seen.landmarks, seen.segmentation, seen.fit, findings, key, tuple(views)
     )
@@ -259,15 +256,9 @@ def read_portrait(request: Request, fitted: Path, head: HeadModel) -> Portrait:
     check_same_face(fitted, fit, landmarks)
     segmentation = segment_portrait(photo, landmarks, request.options)
     findings = examine(
-        request.photo,
-        photo,
-        landmarks,
-        fit,
-        segmentation,
-        request.options,
-        request.strict,
+        request.photo, photo, landmarks, fit, segmentation, request.options, request.strict,
         given is not None,
-    )
+    )  # fmt: skip
     return Portrait(photo, landmarks, segmentation, fit, findings, "")
 
 
@@ -296,14 +287,16 @@ def bundle_files(
 def _bundle(
     request: Request, seen: Portrait, head: HeadModel, textures: Textures, masks: np.ndarray
 ) -> None:
+    marks = [seen.photo.ingredient, *(view.photo.ingredient for view in seen.views)]
     baked = Baked(
         seen.photo, seen.fit, head, textures, masks, seen.findings, textures.maker,
         seen.landmarks.maker, _recipe(request, [seen, *seen.views], head, textures.maker),
-        request.consent,
+        request.consent, tuple(sorted(filter(None, marks), key=lambda one: one.sha256)),
     )  # fmt: skip
     write_bundle(
-        request.output, baked, request.options.bundle, request.keep_photo, request.overwrite
-    )
+        request.output, baked, request.options.bundle, request.keep_photo, request.overwrite,
+        request.credentials,
+    )  # fmt: skip
 
 
 def recipe(request: Request) -> str:

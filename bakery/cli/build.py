@@ -27,6 +27,7 @@ OTHERS = (".glb", ".gltf", ".json", ".zip", ".exr", ".npz", ".png", ".jpg", ".jp
 @options.strict
 @click.option("--keep-photo", is_flag=True, help="Keep the portrait in the bundle.")
 @options.consent
+@options.sign
 @click.option(
     "--skip-fresh",
     is_flag=True,
@@ -40,7 +41,7 @@ OTHERS = (".glb", ".gltf", ".json", ".zip", ".exr", ".npz", ".png", ".jpg", ".jp
 @options.as_json
 @options.dry_run
 def build(
-    photos, output, preset, settings, same_person, skip_fresh, jobs, as_json, dry_run, **request
+    photos, output, preset, settings, same_person, sign, skip_fresh, jobs, as_json, dry_run, **request
 ):  # fmt: skip
     """Bake PHOTOS into avatar bundles. A folder stands for the pictures in it.
 
@@ -49,6 +50,7 @@ def build(
     bakery build portrait.jpg -o ada.avatar --resolution 2048 --set texture.mouths=100
     bakery build photos/*.jpg -o avatars/ --jobs 2
     bakery build ada-front.jpg ada-side.jpg --same-person -o ada.avatar
+    bakery build portrait.jpg --sign chain.pem key.pem
 
     Several photos of one person share identity and warp; the most frontal, neutral and sharp one
     gives the face, the others fill what it sees badly.
@@ -76,6 +78,7 @@ def build(
     from bakery.bake.estimate import plan
     from bakery.bake.targets import read_targets
     from bakery.export.consent import read_consent
+    from bakery.formats.signing import read_credentials
 
     if output is not None and not folder and Path(output).suffix.lower() in OTHERS:
         raise click.UsageError(
@@ -94,6 +97,8 @@ def build(
     chosen = options.build_options(preset, settings)
     if request["consent"] is not None:
         request["consent"] = read_consent(request["consent"])
+    if sign:
+        request["credentials"] = read_credentials(*sign)
     common = pipeline.Request(*places[0], options=chosen, **request)
     asked = batch.requests_of(places, common)
     if not several:

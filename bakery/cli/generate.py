@@ -60,7 +60,7 @@ def generate(
     from bakery.formats.files import digest_file
     from bakery.formats.image import write_image
     from bakery.formats.livelink import read_take
-    from bakery.formats.mark import of_ours, stamp
+    from bakery.formats.mark import of_ours
     from bakery.formats.video import kind_of
     from bakery.motion.animate import parse_frames
     from bakery.plugins import plug_in
@@ -89,8 +89,8 @@ def generate(
         return
     fitted = synthesis.fit_subject(photo, head, chosen, **wanted)
     picture, face = synthesis.paint(fitted, target, painter, hair)
-    write_image(output, picture)
-    stamp(output, of_ours(painter.source_type, digest_file(photo)))
+    said = of_ours(painter.source_type, digest_file(photo))
+    write_image(output, picture, mark=said)
     if mask is not None:
-        write_image(mask, face)
+        write_image(mask, face, mark=said)
     options.wrote(output, mask)

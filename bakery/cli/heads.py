@@ -88,6 +88,7 @@ def sheet(name, output, seed, skin, overwrite):
     import numpy as np
 
     from bakery.formats.image import write_image
+    from bakery.formats.mark import PAINTED
     from bakery.heads.file import load_head
     from bakery.heads.report import shaded
 
@@ -108,7 +109,7 @@ def sheet(name, output, seed, skin, overwrite):
     for path in sheets:
         options.may_write(path, overwrite)
     for path, make in sheets.items():
-        write_image(path, make(), 88)
+        write_image(path, make(), 88, PAINTED)
         options.wrote(path)
 
 
@@ -181,6 +182,7 @@ def mesh(source, output, overwrite, landmarks, picture, licence, origin, **chose
     bakery build portrait.jpg --head scan.npz -o portrait.avatar
     """
     from bakery.formats.image import write_image
+    from bakery.formats.mark import PAINTED
     from bakery.heads.file import load_head, save_head
     from bakery.heads.mesh import given
     from bakery.heads.mesh.assemble import MeshOptions, import_mesh
@@ -190,7 +192,8 @@ def mesh(source, output, overwrite, landmarks, picture, licence, origin, **chose
 
     if picture:
         options.may_write(picture, overwrite)
-        write_image(picture, given.drawn(read_surface(source), chosen["up"]).picture)
+        drawn = given.drawn(read_surface(source), chosen["up"]).picture
+        write_image(picture, drawn, mark=PAINTED)
         options.wrote(picture)
         return
     options.may_write(output, overwrite)

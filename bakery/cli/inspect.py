@@ -26,15 +26,19 @@ def inspect(bundle, as_json):
     bakery inspect laugh.png
     """
     from bakery.export.bundle import read_manifest, summary
+    from bakery.formats.ingredient import read_ingredient
     from bakery.formats.mark import found
 
     if bundle.is_file():
-        mark = found(bundle)
+        mark, own = found(bundle), read_ingredient(bundle)
+        stored = own is not None and own.store
+        by = f"by {own.claimed_by}" if own and own.claimed_by else "that cannot be read"
         table = {
             "file": bundle.name,
-            "source type": mark.source_type if mark else "none",
+            "source type": mark.source_type if mark else (own and own.source_type) or "none",
             "made by": mark.tool if mark else "",
             "made from": mark.photo if mark else "",
+            "c2pa": f"a manifest {by}; `bakery verify` checks it" if stored else "",
         }
         if as_json:
             click.echo(json.dumps(table, indent=2))

@@ -27,6 +27,8 @@ COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of th
     "bundle": ("bundle", "Pack fit, textures and masks into a bundle."),
     "inspect": ("inspect", "Say what a bundle holds."),
     "validate": ("inspect", "Check a bundle; list what is wrong with it."),
+    "sign": ("sign", "Sign a file or a bundle by a certificate."),
+    "verify": ("sign", "Check who signed a file or a bundle."),
     "export": ("export", "Write a bundle in another format."),
     "preview": ("preview", "Write a page that plays an avatar in a browser."),
     "render": ("render", "Draw a frame of an avatar."),

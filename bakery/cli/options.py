@@ -98,6 +98,10 @@ consent = click.option(
     "--consent", metavar="TEXT|FILE",
     help="What the person shown agreed to; it goes into the manifest, with its SHA-256.",
 )  # fmt: skip
+sign = click.option(
+    "--sign", nargs=2, type=PATH, metavar="CERT KEY",
+    help="Sign the bundle and its preview by this certificate and key, files in PEM (extra c2pa).",
+)  # fmt: skip
 strict = click.option("--strict", is_flag=True, help="Refuse a portrait that gives warnings.")
 fitted = click.option("--fit", "fitted", required=True, type=PATH, help="From `fit`.")
 weights = click.option(

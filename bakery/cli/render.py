@@ -92,7 +92,7 @@ def render(bundle, output, mask, turntable, overwrite, **wanted):
             frames.write(place, picture)
             stamp(place, said)
             if covered is not None:
-                write_image(covered, face)
+                write_image(covered, face, mark=said)
     options.wrote(*(place for _, place, _ in scenes[:1]))
 
 

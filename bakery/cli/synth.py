@@ -191,8 +191,9 @@ def sheet(pairs, output, count, whole, overwrite):
     bakery synth sheet runs/pairs -o sheet.jpg
     """
     from bakery.formats.image import write_image
+    from bakery.formats.mark import PAINTED
     from bakery.synth.sheet import contact_sheet
 
     options.may_write(output, overwrite, endings=options.PICTURES)
-    write_image(output, contact_sheet(pairs, count, whole) / 255.0, 92)
+    write_image(output, contact_sheet(pairs, count, whole) / 255.0, 92, PAINTED)
     options.wrote(output)

@@ -16,6 +16,7 @@ import numpy as np
 from bakery.bake.subject import photographed_skin
 from bakery.evaluate.metrics import psnr
 from bakery.formats.image import write_image
+from bakery.formats.mark import MIXED
 from bakery.formats.portraits import reference_points
 from bakery.geometry.color import LUMA, to_encoded
 from bakery.heads.base import HeadModel
@@ -131,7 +132,7 @@ def everybody(
         own, view = photographed_skin(path, points, head, resolution)
         scores, rows = measure(view.partial, own, view.vertices, view.on_skin, ways, regions)
         if pictures is not None:
-            write_image(Path(pictures) / f"{path.stem}.png", np.concatenate(rows))
+            write_image(Path(pictures) / f"{path.stem}.png", np.concatenate(rows), mark=MIXED)
         yield path.stem, scores
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from bakery.bake.pipeline import Request, build
 from bakery.export.open import open_avatar
 from bakery.formats.image import read_photo, write_image
+from bakery.formats.mark import PAINTED
 from bakery.heads.base import weights
 from bakery.heads.report.shaded import labelled, tile
 from bakery.runtime.contact_sheet import SMILE, portraits
@@ -46,7 +47,7 @@ def outcomes(head, folder, options, names=None):
     folder.mkdir(parents=True, exist_ok=True)
     for name in wanted:
         photo, bundle = folder / f"{name}.png", folder / f"{name}.avatar"
-        write_image(photo, paint_case(head, name))
+        write_image(photo, paint_case(head, name), mark=PAINTED)
         findings = build(Request(photo=photo, output=bundle, options=options, overwrite=True))
         avatar = open_avatar(bundle)
         poses = [(weights(named), (0, 0), 0.0) for named in ({}, SMILE)]

@@ -21,6 +21,7 @@ from bakery.evaluate.transferring import Scores, against, mean_of
 from bakery.export.open import open_avatar
 from bakery.formats import video
 from bakery.formats.image import write_image
+from bakery.formats.mark import PAINTED
 from bakery.formats.video import Clip
 from bakery.generators.identity import features_of, load_features
 from bakery.generators.transfer import load
@@ -85,7 +86,7 @@ def paint_scene(head: HeadModel, performer: int, target: int, count: int, folder
     still = Performance(weights, gaze, np.zeros((len(weights), 3)))
     portrait, *truth = painted(head, target, still, PORTRAIT)
     photo = folder / "portrait.png"
-    write_image(photo, portrait.encoded)
+    write_image(photo, portrait.encoded, mark=PAINTED)
     bundle = folder / "portrait.avatar"
     pipeline.build(pipeline.Request(photo, bundle, head=head.name, keep_photo=True, overwrite=True))
     return Scene(clip, bundle, chosen, truth, _bytes(acted[0].encoded), acted[0].landmarks)
@@ -208,7 +209,7 @@ def _sheet(path, scene, drawn, player):
         first = cv2.resize(source, (side, side), interpolation=cv2.INTER_AREA)
         made = [drawn[name][row] for name in ("avatar", "transfer", "network")]
         lines.append(np.hstack([first, *made, _bytes(scene.truth[row].encoded)]))
-    write_image(path, np.vstack(lines) / np.float32(255))
+    write_image(path, np.vstack(lines) / np.float32(255), mark=PAINTED)
 
 
 def _bytes(picture):

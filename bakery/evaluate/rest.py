@@ -19,6 +19,7 @@ from bakery.evaluate.avatar.pairs import Pair
 from bakery.evaluate.generator import paint_all
 from bakery.evaluate.report import pairs
 from bakery.formats.image import write_image
+from bakery.formats.mark import MIXED
 from bakery.formats.portraits import landmarks_of
 from bakery.geometry.color import to_encoded, to_linear
 from bakery.hair.cards import CardHair
@@ -105,7 +106,7 @@ def everybody(
         result = measure(pair, head, ways)
         if pictures is not None:
             row = np.concatenate(list(result.pictures.values()), 1)
-            write_image(Path(pictures) / f"{pair.name}.png", np.clip(row, 0, 1))
+            write_image(Path(pictures) / f"{pair.name}.png", np.clip(row, 0, 1), mark=MIXED)
         yield result
 
 

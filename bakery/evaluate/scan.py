@@ -13,6 +13,7 @@ from bakery.errors import InputError
 from bakery.evaluate.fitting import fitted_vertices, surface_error
 from bakery.formats.files import read_bytes
 from bakery.formats.image import read_photo, write_image
+from bakery.formats.mark import MIXED
 from bakery.geometry import camera as cameras
 from bakery.geometry import mesh, rotation
 from bakery.geometry.color import to_encoded, to_linear
@@ -161,7 +162,7 @@ def measure(scan, head, views=VIEWS, pictures=None):
         photo, _, _ = draw(scan, yaw)
         if pictures is not None:
             Path(pictures).mkdir(parents=True, exist_ok=True)
-            write_image(Path(pictures) / f"scan_{yaw:+.0f}.png", photo.encoded)
+            write_image(Path(pictures) / f"scan_{yaw:+.0f}.png", photo.encoded, mark=MIXED)
         face = detected(photo)
         found, _ = fit_portrait("the drawn scan", photo, face, head)
         shape = fitted_vertices(found, head)

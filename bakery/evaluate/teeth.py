@@ -21,6 +21,7 @@ from bakery.evaluate.detection import lips
 from bakery.evaluate.generator.motion import first_shade
 from bakery.evaluate.metrics import psnr
 from bakery.formats.image import read_photo, write_image
+from bakery.formats.mark import MIXED
 from bakery.formats.portraits import landmarks_of, reference_points
 from bakery.generators.base import Generator
 from bakery.generators.channels import NONE
@@ -91,7 +92,7 @@ def measure(
             cv2.warpAffine(np.float32(one), cut, (448, 270), flags=cv2.INTER_CUBIC)
             for one in (truth, *(made[way] for way in WAYS))
         ]
-        write_image(Path(pictures) / f"{path.stem}.png", np.clip(np.hstack(row), 0, 1))
+        write_image(Path(pictures) / f"{path.stem}.png", np.clip(np.hstack(row), 0, 1), mark=MIXED)
     return {way: _figures(made[way], truth, marks, inside) for way in WAYS}
 
 

@@ -4,10 +4,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from bakery.evaluate.metrics import mse, psnr, ssim
+from bakery.formats.image import write_image
+from bakery.formats.mark import PAINTED
 from bakery.generators.transfer import TextureTransfer
 from bakery.stages.texture.expression import mouth_texels
 from bakery.train.transfer.data import Performers, pair
@@ -75,8 +76,7 @@ def measure(
             )
             lines.append(np.hstack([given["source"], rest, made["delta"], made["transfer"], truth]))
         if pictures:
-            sheet = np.round(np.vstack(lines)[..., ::-1] * 255).astype(np.uint8)
-            cv2.imwrite(str(pictures / f"{number}-for-{other}.png"), sheet)
+            write_image(pictures / f"{number}-for-{other}.png", np.vstack(lines), mark=PAINTED)
 
 
 def _scores(made, truth, seen, mouth):

@@ -12,7 +12,7 @@ from bakery.export.layout import PICTURES, ROLES, WEB, gaze_parts, mouth_grid, m
 from bakery.formats import exr, record
 from bakery.formats.exr_header import parse_header
 from bakery.formats.files import digest, digest_file, read_bytes, write_bytes
-from bakery.formats.place import MANIFEST
+from bakery.formats.place import MANIFEST, SIGNATURE
 from bakery.types import EXPRESSIONS, Textures
 
 
@@ -71,7 +71,7 @@ def sparse(weights):
 
 
 def list_files(folder: str | os.PathLike) -> list[dict]:
-    """The files of a bundle but for avatar.json, as the manifest lists them."""
+    """The files of a bundle but for its manifest and signature, as the manifest lists them."""
     folder = Path(folder)
     return [
         {
@@ -81,7 +81,8 @@ def list_files(folder: str | os.PathLike) -> list[dict]:
             "sha256": digest_file(path),
         }
         for path in sorted(folder.rglob("*"))
-        if path.is_file() and (name := path.relative_to(folder).as_posix()) != MANIFEST
+        if path.is_file()
+        and (name := path.relative_to(folder).as_posix()) not in (MANIFEST, SIGNATURE)
     ]
 
 
@@ -259,6 +260,7 @@ def summary(folder, manifest):
         "generator": manifest["provenance"]["generator"],
         "source type": manifest["provenance"]["digitalSourceType"].rsplit("/", 1)[-1],
         "consent": manifest["provenance"].get("consent", {}).get("statement", "none"),
+        "signature": SIGNATURE if (Path(folder) / SIGNATURE).is_file() else "none",
         "keys": [key["name"] for key in manifest["keys"]],
         "gaze": len(manifest["gaze"]["parts"]),
         "mouths": len(manifest["mouths"]["landmarks"]),

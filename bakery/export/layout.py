@@ -3,6 +3,7 @@
 import math
 
 RIG = "head.npz"  # the person as a head model without identity modes, for the runtime
+PREVIEW = "preview.png"
 WEB = "web"  # folder of all that a browser needs
 ROLES = {
     "head.glb": "geometry",
@@ -17,7 +18,7 @@ ROLES = {
     "coverage.exr": "coverage",
     "gaze.exr": "gaze",
     "mouth.exr": "mouth",
-    "preview.png": "preview",
+    PREVIEW: "preview",
     "photo.png": "photo",
 }
 SOURCES = {0: "none", 1: "observed", 2: "mirrored", 3: "inferred", 4: "painted"}

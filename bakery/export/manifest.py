@@ -16,7 +16,7 @@ from bakery.export.tangents import with_tangents
 from bakery.formats import record
 from bakery.formats.mark import IPTC
 from bakery.heads.base import CARDS, HeadModel
-from bakery.types import EXPRESSIONS, Fit, Maker, Photo, Textures
+from bakery.types import EXPRESSIONS, Fit, Ingredient, Maker, Photo, Textures
 
 GEOMETRY = 0.1  # mm at weight 1; less is no movement
 WEAK = 1.0  # mm; less is only an approximation of the shape
@@ -114,6 +114,7 @@ class Baked:
     detector: Maker  # of the landmarks
     recipe: str = ""  # SHA-256 over all that the bundle depends on; "" if unknown
     consent: Consent | None = None  # of the person shown, if it was given
+    ingredients: tuple[Ingredient, ...] = ()  # the photos that carry a mark of their own
 
 
 def manifest(baked: Baked, exported: list[dict], listed: list[dict]) -> dict:
@@ -170,6 +171,7 @@ def _fit_table(fit):
 
 def _provenance(baked):
     height, width = baked.photo.encoded.shape[:2]
+    ingredients = [ingredient_table(one) for one in baked.ingredients]
     return {
         "input": {
             "sha256": baked.photo.sha256,
@@ -183,11 +185,30 @@ def _provenance(baked):
         **({"recipe": baked.recipe} if baked.recipe else {}),
         "digitalSourceType": IPTC + baked.generator.source_type,
         **({"consent": vars(baked.consent)} if baked.consent else {}),
+        **({"ingredients": ingredients} if ingredients else {}),
         "licences": {
             "bakery": "Apache-2.0",
             f"head model {baked.head.name}": baked.head.licence,
             "portrait": "as its owner says; the person shown must agree to the avatar",
         },
+    }
+
+
+def ingredient_table(found: Ingredient) -> dict:
+    """What a manifest says of an input that carries a mark of its own."""
+    claims = {
+        "sha256": found.store,
+        "generator": found.claimed_by,
+        "digitalSourceTypes": list(found.claimed),
+    }
+    return {
+        "sha256": found.sha256,
+        **({"digitalSourceType": found.source_type} if found.source_type else {}),
+        **(
+            {"c2pa": {name: value for name, value in claims.items() if value}}
+            if found.store
+            else {}
+        ),
     }
 
 

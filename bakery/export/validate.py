@@ -9,9 +9,10 @@ from bakery.export import bundle, hair_mesh, hostile, schema
 from bakery.export.layout import RIG, is_opened
 from bakery.export.validate_glb import glb_problems
 from bakery.export.web import files as web
-from bakery.formats import exr, record
+from bakery.formats import exr, jumbf, record
+from bakery.formats.files import digest_file
 from bakery.formats.image_header import read_header
-from bakery.formats.place import MANIFEST, is_litter
+from bakery.formats.place import MANIFEST, SIGNATURE, is_litter
 from bakery.heads.base import PROXIES
 from bakery.heads.file import load_head
 from bakery.types import EXPRESSIONS
@@ -71,7 +72,7 @@ def examine(folder: str | os.PathLike) -> Report:
     notes = [_relative(note, folder) for note in notes]
     if found:
         return Report([_relative(line, folder) for line in found], notes)
-    found, good = _file_problems(folder, manifest)
+    found, good = file_problems(folder, manifest)
     found += _meaning_problems(manifest)
     for name in good:
         more, newer = _content_problems(folder / name, name, manifest)
@@ -86,7 +87,7 @@ def _relative(line, folder):
     return str(line).replace(f"{folder}{os.sep}", "")
 
 
-def _file_problems(folder, manifest):
+def file_problems(folder: Path, manifest: dict) -> tuple[list[str], list[str]]:
     """Findings about the files, and the names of those that are as they were written."""
     found, good, listed = [], [], set()
     for entry in manifest["files"]:
@@ -114,9 +115,20 @@ def _file_problems(folder, manifest):
                 found.append(f"{relative!r}: a link; bundles hold plain files only")
             elif name in folders or is_litter(name):
                 continue
-            elif relative not in listed and relative != MANIFEST:
+            elif relative not in listed and relative not in (MANIFEST, SIGNATURE):
                 found.append(f"{relative!r}: not in the list of files")
-    return found, good
+    return found + _signature_problems(folder), good
+
+
+def _signature_problems(folder):
+    """Whether avatar.c2pa is about this manifest; `bakery verify` checks that it holds."""
+    place = folder / SIGNATURE
+    if place.is_symlink() or not place.is_file():
+        return []
+    stated = jumbf.signed_digest(bundle.read_bytes(place, jumbf.LARGEST))
+    if stated == digest_file(folder / MANIFEST):
+        return []
+    return [f"{SIGNATURE}: signs another manifest; sign the bundle again with `bakery sign`"]
 
 
 def _meaning_problems(manifest):

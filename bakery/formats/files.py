@@ -84,7 +84,7 @@ def write_bytes(path: str | os.PathLike, data: bytes | memoryview, sync: bool = 
 
 @contextlib.contextmanager
 def replacing(path: str | os.PathLike, sync: bool = True) -> Iterator[BinaryIO]:
-    """A file to write and seek in, which takes the path's place when the block ends well.
+    """A file to write, seek and read in, which takes the path's place when the block ends well.
 
     The mode is what the umask leaves of 0666, applied by the system: asking for the umask changes
     it for a moment, and other threads write meanwhile.
@@ -103,7 +103,7 @@ def replacing(path: str | os.PathLike, sync: bool = True) -> Iterator[BinaryIO]:
         if path.exists() and not path.is_file():  # renaming would put a file in a device's place
             raise DiskError(f"{path}: is there and is no file; give another name")
         path.parent.mkdir(parents=True, exist_ok=True)
-        with open(temporary, "xb") as file:
+        with open(temporary, "x+b") as file:
             yield file
             if sync:
                 file.flush()

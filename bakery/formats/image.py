@@ -20,6 +20,8 @@ from bakery.errors import InputError
 from bakery.formats import heif
 from bakery.formats.files import digest, read_bytes, write_bytes
 from bakery.formats.image_header import MEGAPIXELS, check_frame, read_header
+from bakery.formats.ingredient import ingredient_in, note_of
+from bakery.formats.mark import Mark, stamped
 from bakery.types import Photo
 
 BACKGROUND = 0.5  # sRGB-encoded grey behind transparent pixels: neither bright rim nor dark
@@ -41,7 +43,7 @@ def read_photo(path: str | Path, frame: int | None = None) -> Photo:
         frame: which picture of a file of several, from 0; None refuses animations and pages.
 
     Returns:
-        Photo; its notes name every conversion.
+        Photo; its notes name every conversion, and say if the file says that it is synthetic.
 
     Raises:
         InputError: not a photo, damaged, too large or too small, half-transparent, animated.
@@ -63,14 +65,32 @@ def read_photo(path: str | Path, frame: int | None = None) -> Photo:
     if header.orientation != 1:
         encoded = _upright(encoded, header.orientation)
         notes.append(f"turned upright (EXIF orientation {header.orientation})")
+    sha256 = digest(data)
+    ingredient = ingredient_in(data, sha256)
+    if note := note_of(ingredient):
+        notes.append(note)
     return Photo(
-        np.ascontiguousarray(encoded, np.float32), digest(data), header.focal_35mm, tuple(notes)
+        np.ascontiguousarray(encoded, np.float32),
+        sha256,
+        header.focal_35mm,
+        tuple(notes),
+        ingredient,
     )
 
 
-def write_image(path: str | Path, encoded: np.ndarray, quality: int = 92) -> None:
-    """Write [H, W, 1, 3 or 4] sRGB-encoded 0..1 (or uint8) as PNG, JPEG or WebP, by the name's ending."""
-    write_bytes(path, encode_image(encoded, str(path)[str(path).rfind(".") :].lower(), quality))
+def write_image(
+    path: str | Path, encoded: np.ndarray, quality: int = 92, mark: Mark | None = None
+) -> None:
+    """Write a picture as PNG, JPEG or WebP, by the name's ending.
+
+    Args:
+        encoded: [H, W, 1, 3 or 4] sRGB-encoded 0..1, or uint8.
+        quality: 1..100 of JPEG and WebP.
+        mark: what it says about itself; None for photographs, and where it is stamped later.
+    """
+    kind = str(path)[str(path).rfind(".") :].lower()
+    data = encode_image(encoded, kind, quality)
+    write_bytes(path, stamped(kind, data, mark) if mark else data)
 
 
 def encode_image(encoded, kind, quality=92):

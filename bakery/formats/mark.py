@@ -1,20 +1,23 @@
 """The mark that files carry: they are synthetic, by which program, made from what.
 
 One module writes it into files of every kind and finds it again: XMP with the IPTC digital source type
-in PNG, JPEG, WebP and MP4; tags in WebM; KHR_xmp_json_ld in GLB and VRM; header attributes in OpenEXR;
-<meta> and JSON-LD in pages; `provenance` in manifests. It names the portrait by its hash alone. Pixels,
-samples and triangles stay as they were to the bit.
+in PNG, JPEG, WebP and MP4, and in the pictures of USDZ; tags in WebM; KHR_xmp_json_ld in GLB and VRM;
+header attributes in OpenEXR; <meta> and JSON-LD in pages; `provenance` in manifests. It names the
+portrait by its hash alone. Pixels, samples and triangles stay as they were to the bit.
 
 Sources: IPTC, "Digital Source Type NewsCodes"; Adobe, "XMP Specification Part 3: Storage in Files";
 Khronos, "KHR_xmp_json_ld".
 """
 
 import html
+import io
 import json
 import os
 import re
 import struct
+import zipfile
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from xml.sax.saxutils import escape, unescape
@@ -24,6 +27,8 @@ from bakery.errors import BakeryError, InputError
 from bakery.formats import glb
 from bakery.formats.exr_header import MAGIC, MULTI_PART, attributes
 from bakery.formats.files import read_bytes, write_bytes
+from bakery.formats.usdz import package
+from bakery.types import Ingredient
 
 IPTC = "http://cv.iptc.org/newscodes/digitalsourcetype/"
 SOURCE, TOOL, FROM = "Iptc4xmpExt:DigitalSourceType", "xmp:CreatorTool", "dc:source"
@@ -41,12 +46,21 @@ PACKET = """<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>
 NOTE = (
     '<dc:description><rdf:Alt><rdf:li xml:lang="x-default">{}</rdf:li></rdf:Alt></dc:description>'
 )
+INGREDIENTS = (
+    '<xmpMM:Ingredients xmlns:xmpMM="http://ns.adobe.com/xap/1.0/mm/" '
+    'xmlns:stRef="http://ns.adobe.com/xap/1.0/sType/ResourceRef#"><rdf:Bag>{}</rdf:Bag></xmpMM:Ingredients>'
+)
+INGREDIENT = (
+    '<rdf:li rdf:parseType="Resource"><stRef:documentID>{}</stRef:documentID>'
+    "<Iptc4xmpExt:DigitalSourceType>{}</Iptc4xmpExt:DigitalSourceType></rdf:li>"
+)
 PNG_HEADER, PNG_XMP = 33, "XML:com.adobe.xmp"  # bytes before the first text; keyword of XMP
 JPEG_XMP = b"http://ns.adobe.com/xap/1.0/\0"
 WEBP_XMP = 0x04  # flag of the chunk VP8X
 EXTENSION = "KHR_xmp_json_ld"
 EXR = {"digitalSourceType": SOURCE, "creatorTool": TOOL, "madeFrom": FROM}  # attribute -> property
 URN = "urn:sha256:"
+MATROSKA = b"\x1aE\xdf\xa3"  # how its files, and those of WebM, begin
 MOST = 64 * 2**20  # bytes of a film that are looked at: the mark stands before its pictures
 
 
@@ -75,6 +89,7 @@ def of_ours(source_type: str, photo: str = "") -> Mark:
 
 
 PAINTED = of_ours("algorithmicMedia")  # people who do not exist
+MIXED = of_ours("compositeSynthetic")  # photographs beside what was made of them
 
 
 def of_manifest(table: dict) -> Mark | None:
@@ -87,13 +102,24 @@ def of_manifest(table: dict) -> Mark | None:
     )
 
 
-def packet(properties: dict[str, str], note: str = "") -> str:
-    """An XMP packet of properties by name, with words for people."""
-    used = sorted({name.split(":")[0] for name in properties} | ({"dc"} if note else set()))
+def packet(
+    properties: dict[str, str], note: str = "", ingredients: Sequence[Ingredient] = ()
+) -> str:
+    """An XMP packet of properties by name, with words for people, and with what went in."""
+    also = {"dc"} if note else set()
+    used = sorted({name.split(":")[0] for name in properties} | also)
     spaces = "".join(f'\n xmlns:{name}="{NAMESPACES[name]}"' for name in used)
     lines = [f"<{name}>{escape(value)}</{name}>" for name, value in properties.items()]
     lines += [NOTE.format(escape(note))] if note else []
+    if ingredients:
+        entries = [INGREDIENT.format(URN + one.sha256, named(one)) for one in ingredients]
+        lines.append(INGREDIENTS.format("".join(entries)))
     return PACKET.format(spaces=spaces, body="\n".join(lines))
+
+
+def named(found: Ingredient) -> str:
+    """The source type that an input names for itself, a URL; "" if it names none."""
+    return next((url for url in (found.source_type, *found.claimed) if url), "")
 
 
 def with_texts(data: bytes, texts: dict[str, str]) -> bytes:
@@ -109,7 +135,7 @@ def stamped(kind: str, data: bytes, mark: Mark) -> bytes:
     """The bytes of a file with a mark in it.
 
     Args:
-        kind: ending of its name: .png, .jpg, .webp, .exr, .glb or .vrm; others come back as they are.
+        kind: ending of its name: .png, .jpg, .webp, .exr, .glb, .vrm or .usdz; others come back as they are.
         data: its bytes, as bakery wrote them.
     """
     return _STAMPS[kind](data, mark) if kind in _STAMPS else data
@@ -124,11 +150,15 @@ def stamp(path: Path, mark: Mark) -> None:
             write_bytes(place, stamped(kind, read_bytes(place, 2**31), mark), sync=False)
 
 
-def page_head(mark: Mark) -> str:
-    """Elements for the head of a page: <meta> for programs that look for names, JSON-LD for others."""
+def page_head(mark: Mark, kind: str = "3DModel") -> str:
+    """Elements for the head of a page: <meta> for programs that look for names, JSON-LD for others.
+
+    Args:
+        kind: of schema.org, what the page shows.
+    """
     metas = {"generator": mark.tool, "digital-source-type": mark.source_type}
     lines = [f'<meta name="{name}" content="{html.escape(to)}">' for name, to in metas.items()]
-    table = {"@context": NAMESPACES | {"@vocab": "https://schema.org/"}, "@type": "3DModel"}
+    table = {"@context": NAMESPACES | {"@vocab": "https://schema.org/"}, "@type": kind}
     text = json.dumps(table | mark.properties()).replace("<", "\\u003c")
     return "\n".join([*lines, f'<script type="application/ld+json">{text}</script>'])
 
@@ -211,8 +241,16 @@ def _exr(data: bytes, mark: Mark) -> bytes:
     return data[: first - 1] + extra + data[first - 1 : at] + moved + data[end:]
 
 
+def _usdz(data: bytes, mark: Mark) -> bytes:
+    """In each picture of the package: its layer says it by USD's means, which only USD reads."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    return package({name: stamped(Path(name).suffix, one, mark) for name, one in files.items()})
+
+
 _STAMPS = {
     ".png": _png, ".jpg": _jpeg, ".jpeg": _jpeg, ".webp": _webp, ".exr": _exr, ".glb": _glb, ".vrm": _glb,
+    ".usdz": _usdz,
 }  # fmt: skip
 
 
@@ -232,6 +270,18 @@ def found(path: str | Path) -> Mark | None:
     return Mark(said[SOURCE], said.get(TOOL, ""), said.get(FROM, "").removeprefix(URN))
 
 
+def matroska_tag(data: bytes, name: str) -> str:
+    """The text of a tag of Matroska, "" without it: it stands behind the tag's name."""
+    at = data.find(name.encode() + b"\x44\x87") + len(name) + 2
+    if at < len(name) + 2 or not data[at : at + 1].strip(b"\0"):
+        return ""
+    more = (
+        8 - data[at].bit_length()
+    )  # bytes of the length behind its first one, whose top bit says so
+    size = int.from_bytes(data[at : at + 1 + more], "big") - (1 << 7 * (more + 1))
+    return data[at + 1 + more : at + 1 + more + size].decode("utf-8", "replace")
+
+
 def _said(data: bytes) -> dict[str, str]:
     if data[:4] == MAGIC:
         read, _ = attributes(data, 8)
@@ -242,9 +292,9 @@ def _said(data: bytes) -> dict[str, str]:
     if data[:1] == b"{":
         mark = of_manifest(json.loads(data))
         return mark.properties() if mark else {}
-    if data[:4] == b"\x1aE\xdf\xa3":  # Matroska: the value stands behind the tag's name
-        here = re.search(SOURCE.encode() + rb"\x44\x87.{1,8}?(http[:/.\w]+)", data, re.S)
-        return {SOURCE: here[1].decode()} if here else {}
+    if data[:4] == MATROSKA:
+        said = {name: matroska_tag(data, name) for name in (SOURCE, TOOL)}
+        return {name: text for name, text in said.items() if text}
     if data.lstrip()[:9].lower() == b"<!doctype":
         here = re.search(rb'<script type="application/ld\+json">(.*?)</script>', data)
         return json.loads(here[1]) if here else {}

@@ -272,6 +272,11 @@ def cut(track, start, end):
     ), max(late, 0.0)
 
 
+def beginning(brand: bytes) -> bytes:
+    """The first box of a file of a brand, as `write_mp4` writes it."""
+    return box(b"ftyp", brand, struct.pack(">I", 512), brand + b"iso2mp41")
+
+
 def write_mp4(file, tracks, size, note, xmp, delays=None, brand=b"isom"):
     """Write tracks into one file, index first, so that it plays while it loads.
 
@@ -286,8 +291,7 @@ def write_mp4(file, tracks, size, note, xmp, delays=None, brand=b"isom"):
     """
     delays = delays or [0.0] * len(tracks)
     order = _interleaved(tracks)
-    lead = box(b"ftyp", brand, struct.pack(">I", 512), brand + b"iso2mp41")
-    lead += box(b"uuid", XMP, xmp.encode())
+    lead = beginning(brand) + box(b"uuid", XMP, xmp.encode())
     blank = _moov(tracks, order, 0, size, note, delays)
     total = sum(place[2] for track in tracks for place in track.places)
     start = len(lead) + len(blank) + 16

@@ -28,7 +28,7 @@ from bakery.errors import InputError
 from bakery.formats.files import DiskError, disk_error, sync_folder, sync_path
 
 log = logging.getLogger(__name__)
-MANIFEST = "avatar.json"
+MANIFEST, SIGNATURE = "avatar.json", "avatar.c2pa"  # what is about all other files, and signs it
 LITTER = (".DS_Store", "._*", "Thumbs.db", "desktop.ini")  # that file managers leave in any folder
 EXCHANGE = 2  # RENAME_EXCHANGE of renameat2(2)
 LOCK, OLD = "lock", "old"  # in hidden folders
@@ -77,7 +77,7 @@ def _refuse_foreign(bundle):
     """A bundle is replaced as a whole: a file that somebody put into it would be lost."""
     try:
         manifest = json.loads((bundle / MANIFEST).read_bytes())
-        own = {MANIFEST, *(entry["path"] for entry in manifest["files"])}
+        own = {MANIFEST, SIGNATURE, *(entry["path"] for entry in manifest["files"])}
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         raise InputError(
             f"{bundle / MANIFEST}: does not say which files are the bundle's; move the folder away"

@@ -17,9 +17,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from bakery import __version__
 from bakery.errors import InputError
 from bakery.formats import mark, mp4, pyav, webm
 from bakery.formats.files import replacing
+from bakery.types import Ingredient
 
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # FFmpeg prints on stderr by itself
 KINDS = {".mp4": ("mp4v", ".mp4"), ".webm": ("VP80", ".ivf")}  # ending -> FourCC, of the parts
@@ -38,10 +40,15 @@ class Note:
 
     text: str
     source_type: str  # IPTC digital source type, a URL
+    ingredients: tuple[Ingredient, ...] = ()  # clips that went in, with a mark of their own
+
+    def properties(self) -> dict[str, str]:
+        """By XMP's names: of what kind, and by which program."""
+        return mark.Mark(self.source_type, f"bakery {__version__}").properties()
 
     def xmp(self) -> str:
         """The same as an XMP packet."""
-        return mark.packet({mark.SOURCE: self.source_type}, self.text)
+        return mark.packet(self.properties(), self.text, self.ingredients)
 
 
 @contextlib.contextmanager
@@ -268,5 +275,8 @@ def _join_webm(file, parts, rate, size, note, sound, start):
         sound = replace(
             sound, seconds=sound.seconds[heard] - start, places=places, sync=sound.sync[heard]
         )
-    tags = {"COMMENT": note.text, mark.SOURCE: note.source_type}
+    tags = {"COMMENT": note.text} | note.properties()
+    if note.ingredients:
+        said = (f"{mark.URN}{one.sha256} {mark.named(one)}" for one in note.ingredients)
+        tags["INGREDIENTS"] = ", ".join(said)
     webm.write_webm(file, video, sound, size, seconds, tags)

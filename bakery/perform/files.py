@@ -13,6 +13,8 @@ from bakery.export import bundle as bundles
 from bakery.export.open import open_avatar
 from bakery.formats import video
 from bakery.formats.files import digest, digest_file
+from bakery.formats.ingredient import note_of as ingredient_note
+from bakery.formats.ingredient import read_ingredient
 from bakery.formats.livelink import format_take
 from bakery.formats.place import MANIFEST
 from bakery.formats.video import Note
@@ -29,6 +31,7 @@ from bakery.perform.performance import Performance, clip_key, fitted
 from bakery.perform.replace import Replacement
 from bakery.perform.transfer import TransferPlayer
 from bakery.plugins import plug_in
+from bakery.types import Ingredient
 
 CONSENT = (
     "both people, in the portrait and in the clip, have to agree to this; the video says that it is "
@@ -121,6 +124,8 @@ def perform(
         else:
             player = AnimationPlayer(avatar, take, settings)
         heard, notes = sound_of(clip, kind, kept, wanted, done)
+        own = tuple(filter(None, map(read_ingredient, clips_of(clip, wanted))))
+        notes += tuple(told for one in own if (told := ingredient_note(one)))
         shown: Replacement | AnimationPlayer = player
         over: object = wanted.over
         if footage is not None:
@@ -135,7 +140,7 @@ def perform(
         film(
             shown,
             output,
-            marked(note_of(manifest), footage is not None),
+            marked(note_of(manifest), footage is not None, own),
             key,
             kept,
             heard,
@@ -201,6 +206,16 @@ def sound_of(clip: Path, kind: str, kept: Work, wanted: Wanted, done: Performanc
         return None, (*done.notes, f"left without sound: {said}")
 
 
-def marked(note: Note, footage: bool = False) -> Note:
-    """What a video of an avatar says about itself, whose movements it shows, and what it is put into."""
-    return replace(note, text=note.text + MARK + (REPLACED if footage else ""))
+def clips_of(clip: Path, wanted: Wanted) -> list[Path]:
+    """The clips that go into a film, each once."""
+    over = [wanted.over] if isinstance(wanted.over, Path) else []
+    return [clip, *(one for one in over if one.resolve() != Path(clip).resolve())]
+
+
+def marked(note: Note, footage: bool = False, own: tuple[Ingredient, ...] = ()) -> Note:
+    """What a video of an avatar says about itself, whose movements it shows, and what it is put into.
+
+    Args:
+        own: the marks that the clips carry already.
+    """
+    return replace(note, text=note.text + MARK + (REPLACED if footage else ""), ingredients=own)

@@ -12,14 +12,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from urllib.parse import quote
 
-from bakery import __version__
 from bakery.bake.batch import Outcome, summary
 from bakery.formats.files import write_bytes
+from bakery.formats.mark import MIXED, page_head
 from bakery.show.page import allowed
 
 log = logging.getLogger(__name__)
 NAME = "index.html"
-MARK = '<meta name="generator" content="bakery '  # by it a page is known as ours
+MARK = (
+    '<meta name="generator" content="bakery '  # by it a page is known as ours; `page_head` has it
+)
 PREVIEW = "preview.png"
 ORDER = ("failed", "warned", "baked", "fresh")
 STYLE = """
@@ -82,7 +84,7 @@ def contact_page(folder: Path, outcomes: Sequence[Outcome]) -> str:
     )
     made = time.strftime("%Y-%m-%d %H:%M")
     return (
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n{MARK}{__version__}">\n'
+        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n{page_head(MIXED, "WebPage")}\n'
         f'<meta http-equiv="Content-Security-Policy" content="{rules}">\n'
         f"<title>{len(rows)} avatars</title><style>{STYLE}</style></head><body>\n"
         f"<h1>{len(rows)} avatars</h1><p>{html.escape(summary(outcomes))}; {made}</p>\n"

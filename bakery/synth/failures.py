@@ -10,7 +10,7 @@ import numpy as np
 
 from bakery.errors import InputError
 from bakery.formats.image import write_image
-from bakery.formats.mark import PAINTED, stamp
+from bakery.formats.mark import PAINTED
 from bakery.geometry.camera import project
 from bakery.heads.base import look, weights
 from bakery.synth import props
@@ -213,6 +213,5 @@ def write(head, folder, names=None, quality=93):
     wanted = chosen(names)
     folder.mkdir(parents=True, exist_ok=True)
     for name in wanted:
-        write_image(folder / f"{name}.jpg", paint_case(head, name), quality)
-        stamp(folder / f"{name}.jpg", PAINTED)
+        write_image(folder / f"{name}.jpg", paint_case(head, name), quality, PAINTED)
         yield folder / f"{name}.jpg"

@@ -7,7 +7,7 @@ import numpy as np
 from bakery.errors import InputError
 from bakery.formats.files import write_bytes
 from bakery.formats.image import write_image
-from bakery.formats.mark import PAINTED, stamp
+from bakery.formats.mark import PAINTED
 from bakery.formats.record import dump, faces_to_table
 from bakery.heads.base import look, weights
 from bakery.synth.likeness import identity_of
@@ -178,8 +178,7 @@ def write(head, folder, names=None, quality=93):
         if names and name not in names:
             continue
         picture = paint(dress(head, subject), scene)
-        write_image(folder / f"{name}.jpg", picture.encoded, quality)
-        stamp(folder / f"{name}.jpg", PAINTED)
+        write_image(folder / f"{name}.jpg", picture.encoded, quality, PAINTED)
         write_bytes(folder / f"{name}.json", dump(truth_table(picture)))
         yield folder / f"{name}.jpg"
 

@@ -7,6 +7,7 @@ import numpy as np
 from bakery.errors import InputError
 from bakery.formats.files import write_bytes
 from bakery.formats.image import write_image
+from bakery.formats.mark import PAINTED
 from bakery.formats.record import dump
 from bakery.synth.render import dress, paint
 from bakery.synth.samples import truth_table
@@ -70,6 +71,6 @@ def write(head, folder, count, seed=0, options=TrainingOptions()):
         if truth.exists() and path.exists():
             continue
         picture = random_picture(head, [seed, number], options)
-        write_image(path, picture.encoded, 92)
+        write_image(path, picture.encoded, 92, PAINTED)
         write_bytes(truth, dump(truth_table(picture)))
         yield path

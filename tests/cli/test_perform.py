@@ -1,5 +1,6 @@
 """`bakery perform`: shots fitted anew, fits kept, consent and mark; what it refuses, in one line."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,17 +10,20 @@ import pytest
 
 from bakery.export.open import open_avatar
 from bakery.formats import record, video
+from bakery.formats.files import digest_file
+from bakery.formats.mark import IPTC
 from bakery.formats.record import read_faces
 from bakery.formats.video import Clip
 
 SAMPLES = Path(__file__).resolve().parents[2] / "samples"
 SIZE = 300, 376
+AI = IPTC + "trainedAlgorithmicMedia"  # what the clips say of themselves
 
 
 def film(path, pictures):
     part = path.with_name("part.mp4")
     part.write_bytes(video.encode(map(np.ascontiguousarray, pictures), ".mp4", 25.0))
-    video.join(path, [part], ".mp4", 25.0, SIZE, video.Note("a", "b"))
+    video.join(path, [part], ".mp4", 25.0, SIZE, video.Note("a", AI))
     part.unlink()
     return path
 
@@ -54,6 +58,13 @@ def test_a_portrait_plays_a_clip(played):
     data = out.read_bytes()
     assert b"Synthetic media" in data and b"another person's, filmed" in data
     assert sorted(path.name for path in fits.iterdir()) == ["clip.npz", "shot_001", "shot_002"]
+
+
+def test_a_film_keeps_the_mark_of_its_clip(played, clip):
+    done, out, _ = played
+    assert f"{clip}: says that it is AI-made or synthetic (trainedAlgorithmicMedia)" in done.stderr
+    (entry,) = re.findall(b"<xmpMM:Ingredients.*?</xmpMM:Ingredients>", out.read_bytes(), re.S)
+    assert digest_file(clip).encode() in entry and AI.encode() in entry
 
 
 def test_fits_that_are_kept_are_taken(played, bundle, bakery, clip, tmp_path, monkeypatch):

@@ -28,8 +28,8 @@ CHEAP = {
 # What takes longer says so in tests of its own: these paint or follow a clip.
 ELSEWHERE = {
     "albedo": "test_albedo", "build": "test_steps", "bundle": "test_steps", "generate":
-    "test_generate", "hair": "test_hair", "perform": "test_perform", "texture": "test_steps",
-    "track": "test_motion",
+    "test_generate", "hair": "test_hair", "perform": "test_perform", "sign": "test_sign", "texture":
+    "test_steps", "track": "test_motion",
 }  # fmt: skip
 
 

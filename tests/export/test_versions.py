@@ -10,12 +10,13 @@ import pytest
 
 from bakery.errors import BundleError
 from bakery.export import bundle as bundles
+from bakery.export.manifest import ingredient_table
 from bakery.export.open import open_avatar
 from bakery.export.schema import seal
 from bakery.export.validate import examine, problems
 from bakery.formats.files import digest
 from bakery.show.page import page
-from bakery.types import EXPRESSIONS
+from bakery.types import EXPRESSIONS, Ingredient
 
 
 def change(folder, alter):
@@ -205,6 +206,23 @@ def test_any_source_type_of_iptc_will_do(copy, kind):
     source = f"http://cv.iptc.org/newscodes/digitalsourcetype/{kind}"
     change(copy, lambda manifest: manifest["provenance"].update(digitalSourceType=source))
     assert problems(copy) == []
+
+
+def test_ingredients_of_a_portrait_stand_in_the_manifest(copy):
+    """As a photo with marks of its own makes them; see tests/formats/test_jumbf.py."""
+    ai = "http://cv.iptc.org/newscodes/digitalsourcetype/trainedAlgorithmicMedia"
+    whole = Ingredient(
+        "a" * 64, ai, "b" * 64, "Painter 3", (ai, "http://c2pa.org/digitalsourcetype/empty")
+    )
+    for found in (whole, Ingredient("a" * 64, ai), Ingredient("a" * 64, store="b" * 64)):
+        table = ingredient_table(found)
+        good = {"ingredients": [table]}
+        change(copy, lambda manifest, good=good: manifest["provenance"].update(good))
+        assert problems(copy) == []
+    for wrong in ({}, table | {"place": "Rome"}, table | {"digitalSourceType": "AI"}):
+        bad = {"ingredients": [wrong]}
+        change(copy, lambda manifest, bad=bad: manifest["provenance"].update(bad))
+        assert problems(copy) != []
 
 
 def test_models_say_which_generator_it_was(bundle):

@@ -3,6 +3,7 @@
 import io
 import json
 import struct
+import zipfile
 from xml.etree import ElementTree
 
 import numpy as np
@@ -12,9 +13,12 @@ import pytest
 from PIL import Image
 
 from bakery.errors import InputError
-from bakery.formats import glb, mark
+from bakery.formats import glb, mark, video
 from bakery.formats.exr import read_exr, write_exr
 from bakery.formats.image import encode_image
+from bakery.formats.ingredient import read_ingredient
+from bakery.formats.usdz import package
+from bakery.types import Ingredient
 
 MARK = mark.Mark(mark.IPTC + "compositeSynthetic", "bakery 1 <&>", "ab" * 32)
 EVERY = MARK.properties()
@@ -85,6 +89,41 @@ def test_pages_carry_it_as_json_ld(tmp_path):
     head = mark.page_head(MARK)
     (tmp_path / "a.html").write_text(f"<!doctype html>\n<html><head>{head}</head></html>")
     assert mark.found(tmp_path / "a.html") == MARK and "<&>" not in head
+
+
+@pytest.mark.parametrize("kind", [".mp4", ".webm"])
+def test_films_carry_it_and_the_marks_of_their_clips(kind, tmp_path):
+    path, part = tmp_path / f"a{kind}", tmp_path / "part"
+    own = Ingredient("cd" * 32, claimed=(mark.IPTC + "trainedAlgorithmicMedia",))
+    part.write_bytes(video.encode([pixels()[:20]] * 2, kind, 25.0))
+    video.join(path, [part], kind, 25.0, (34, 20), video.Note("<&>", MARK.source_type, (own,)))
+    said = mark.found(path)
+    assert said.source_type == MARK.source_type and said.tool.startswith("bakery ")
+    assert said.photo == "" and f"urn:sha256:{own.sha256}".encode() in path.read_bytes()
+    assert read_ingredient(path).source_type == MARK.source_type, "its own, not that of the clip"
+    note = video.Note("<&>", MARK.source_type, (own,))
+    tree = ElementTree.fromstring(note.xmp())
+    (entry,) = (one for one in tree.iter() if one.tag.endswith("}Ingredients"))
+    assert [one.text for one in entry.iter() if one.text] == [
+        f"urn:sha256:{own.sha256}",
+        own.claimed[0],
+    ]
+
+
+def test_usdz_carries_it_in_its_pictures(tmp_path):
+    plain = package({"head.usdc": b"layer", "a.png": encode_image(pixels(), ".png")})
+    (tmp_path / "a.usdz").write_bytes(mark.stamped(".usdz", plain, MARK))
+    assert mark.found(tmp_path / "a.usdz") == MARK
+    with zipfile.ZipFile(tmp_path / "a.usdz") as archive:
+        assert (
+            archive.namelist() == ["head.usdc", "a.png"] and archive.read("head.usdc") == b"layer"
+        )
+        for entry in archive.infolist():  # as the format asks
+            assert entry.compress_type == zipfile.ZIP_STORED
+            start = entry.header_offset + 30 + len(entry.filename) + len(entry.extra)
+            assert start % 64 == 0
+        picture = Image.open(io.BytesIO(archive.read("a.png")))
+    np.testing.assert_array_equal(np.asarray(picture), pixels())
 
 
 def test_what_has_none_says_so(tmp_path):

@@ -210,13 +210,14 @@ def failures(names, output, folder, preset, settings, head, overwrite):
     """
     from bakery.evaluate import failures
     from bakery.formats.image import write_image
+    from bakery.formats.mark import PAINTED
     from bakery.heads.file import load_head
 
     options.may_write(output, overwrite, endings=options.PICTURES)
     options.may_fill(folder, overwrite)
     chosen = options.build_options(preset, settings)
     found = list(failures.outcomes(load_head(head), folder, chosen, names or None))
-    write_image(output, failures.sheet(found), 90)
+    write_image(output, failures.sheet(found), 90, PAINTED)
     click.echo(failures.table(found))
     options.wrote(output)
 

@@ -85,9 +85,10 @@ def keys(photos, output, yaw, head, generator, overwrite):
     """The six key expressions of PHOTOS beside them, with eyes and mouths, to look at."""
     from bakery.evaluate.generator.sheet import sheet
     from bakery.formats.image import write_image
+    from bakery.formats.mark import MIXED
 
     options.may_write(output, overwrite, endings=options.PICTURES)
-    write_image(output, sheet(photos, head, generator, yaw) / 255.0, 92)
+    write_image(output, sheet(photos, head, generator, yaw) / 255.0, 92, MIXED)
     options.wrote(output)
 
 

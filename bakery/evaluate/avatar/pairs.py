@@ -16,6 +16,7 @@ from bakery.bake.textures import paint
 from bakery.evaluate.avatar import CROP, compare, mean_score, plain_warp
 from bakery.evaluate.metrics import face_crop, hull_mask, psnr, warp_pixels
 from bakery.formats.image import read_photo, write_image
+from bakery.formats.mark import MIXED
 from bakery.formats.portraits import landmarks_of
 from bakery.geometry.color import to_encoded
 from bakery.hair.cards import CardHair
@@ -96,7 +97,7 @@ def measure(pair, head, generator, options, pictures=None):
                 (smiling.encoded, pair.smiling_points),
             )
         ]
-        write_image(Path(pictures) / f"{pair.name}.png", np.concatenate(row, 1))
+        write_image(Path(pictures) / f"{pair.name}.png", np.concatenate(row, 1), mark=MIXED)
     return Result(
         pair.name,
         pair.teeth,

@@ -19,6 +19,7 @@ from bakery.evaluate.metrics import face_crop, piecewise_affine, psnr, warp_pixe
 from bakery.evaluate.report import pairs
 from bakery.formats.image import read_photo, write_image
 from bakery.formats.livelink import read_take
+from bakery.formats.mark import MIXED
 from bakery.formats.portraits import landmarks_of
 from bakery.generators.channels import NONE
 from bakery.generators.identity import features_of
@@ -186,7 +187,7 @@ def everybody(portraits, head, painters, pictures=None, only=None):
         result = measure(pair, head, painters, lent[nearest])
         if pictures is not None:
             row = np.concatenate(list(result.pictures.values()), 1)
-            write_image(Path(pictures) / f"{pair.name}.png", np.clip(row, 0, 1))
+            write_image(Path(pictures) / f"{pair.name}.png", np.clip(row, 0, 1), mark=MIXED)
         yield result
 
 

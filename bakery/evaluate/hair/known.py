@@ -19,6 +19,7 @@ from bakery.evaluate.hair.drawing import CardHair, Figure, Seen
 from bakery.evaluate.hair.outlines import overlap
 from bakery.evaluate.hair.people import Person
 from bakery.formats.image import write_image
+from bakery.formats.mark import PAINTED
 from bakery.geometry import camera as cameras
 from bakery.hair.base import Hair
 from bakery.heads.base import HeadModel, once_a_mean
@@ -193,7 +194,7 @@ def measure(
         row |= direction_error(person, segmentation, fit, own.head, neutral)
         row["views"] = {str(yaw): compare(person.figure, made, yaw) for yaw in YAWS}
         if pictures is not None:
-            write_image(Path(pictures) / f"{person.name}.png", sheet(person, made))
+            write_image(Path(pictures) / f"{person.name}.png", sheet(person, made), mark=PAINTED)
         yield row
 
 

@@ -17,6 +17,7 @@ from bakery.evaluate.hair.drawing import HALF
 from bakery.evaluate.hair.outlines import plain
 from bakery.evaluate.metrics import psnr
 from bakery.formats.image import write_image
+from bakery.formats.mark import MIXED
 from bakery.generators.base import Generator
 from bakery.geometry.color import to_encoded, to_linear
 from bakery.geometry.fill import diffuse
@@ -68,7 +69,7 @@ def wholes(
         }
         if pictures is not None:
             both = np.concatenate([photo.encoded, drawn], 1)
-            write_image(Path(pictures) / f"{path.stem}.png", both)
+            write_image(Path(pictures) / f"{path.stem}.png", both, mark=MIXED)
 
 
 def before(avatar: Avatar, behind: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,6 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import cv2
 import numpy as np
 import torch
 from torch import distributed, nn
@@ -22,6 +21,8 @@ from torch.utils.data import DataLoader, Subset
 
 from bakery.detectors.blocks import unfold
 from bakery.errors import InputError, ModelError, UsageProblem
+from bakery.formats.image import write_image
+from bakery.formats.mark import MIXED
 from bakery.generators import pagan
 from bakery.generators.unet import INPUTS, NetworkOptions, UNet, interpret, network_input
 from bakery.settings import SEEDS, Settings, setting
@@ -351,6 +352,6 @@ def held_out(network, pairs, held, options, sheet, shown=3, most=8):
             f"{name}_before": float(-10 * np.log10(np.mean(before))),
             f"{name}_alpha": float(np.mean(alphas)),
         }
-    picture = torch.cat(lines, 1).permute(1, 2, 0).cpu().numpy()[..., ::-1]
-    cv2.imwrite(str(sheet), np.round(picture * 255).clip(0, 255).astype(np.uint8))
+    picture = torch.cat(lines, 1).permute(1, 2, 0).cpu().numpy()
+    write_image(sheet, picture, mark=MIXED)
     return figures

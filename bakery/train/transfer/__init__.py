@@ -13,13 +13,14 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
-import cv2
 import numpy as np
 import torch
 from safetensors.torch import load_file, save_file
 
 from bakery.detectors.blocks import fold
 from bakery.errors import InputError, ModelError
+from bakery.formats.image import write_image
+from bakery.formats.mark import PAINTED
 from bakery.generators.transfer import KIND, TransferNet, TransferNetOptions, compose, stacked
 from bakery.preset import options_from
 from bakery.settings import SEEDS, Settings, setting
@@ -218,8 +219,8 @@ def held_out(network, people, sheet, shown=6):
         if number < shown:
             row = (batch["source"], rest, delta, made, batch["truth"])
             lines.append(torch.cat([part[0] for part in row], 2))
-    picture = torch.cat(lines, 1).permute(1, 2, 0).numpy()[..., ::-1]
-    cv2.imwrite(str(sheet), np.round(picture * 255).clip(0, 255).astype(np.uint8))
+    picture = torch.cat(lines, 1).permute(1, 2, 0).numpy()
+    write_image(sheet, picture, mark=PAINTED)
     return {f"held_{name}": float(np.mean(values)) for name, values in errors.items()}
 
 
