@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -68,6 +69,24 @@ def test_torch_stays_where_it_belongs():
         # Its first name, or, from one of ours, its last: neither is torch.
         for name in imported(path):
             assert not {name.split(".")[0], name.split(".")[-1]} & {"torch"}, path
+
+
+NAMED = {"cv2": "opencv-contrib-python-headless", "PIL": "pillow"}  # packages by what is imported
+
+
+def test_what_is_imported_at_once_is_a_dependency():
+    """An extra, or a package of the developers, is imported where it is needed, behind a clear message."""
+    told = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    have = {re.split(r"[<>=\[; ]", line)[0].lower() for line in told["dependencies"]}
+    for path in FILES:
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom) and not node.level:
+                names = [node.module]
+            for root in (
+                {name.split(".")[0] for name in names} - sys.stdlib_module_names - {"bakery"}
+            ):
+                assert NAMED.get(root, root).lower().replace("_", "-") in have, f"{path}: {root}"
 
 
 BAKES = ("stages", "hair", "runtime", "export", "exporters", "bake", "show", "motion", "perform")

@@ -1,4 +1,4 @@
-"""The charts of skin, mouth cavity and eye sockets. Build-time only: needs scipy."""
+"""The charts of skin, mouth cavity and eye sockets. Build-time only."""
 
 import numpy as np
 

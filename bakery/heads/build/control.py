@@ -1,4 +1,4 @@
-"""What is done to the control mesh before it is subdivided. Build-time only: needs scipy."""
+"""What is done to the control mesh before it is subdivided. Build-time only."""
 
 from dataclasses import replace
 

@@ -1,6 +1,6 @@
 """Flattening the skin into one chart: no fold, little stretch, mirror-symmetric, face enlarged.
 
-Build-time only: needs scipy.
+Build-time only.
 
 References:
     Floater, "Mean value coordinates", CAGD 20(1), 2003.

@@ -1,6 +1,6 @@
 """Identity statistics and the smile, learned from landmarks of photographed people.
 
-Build-time only: needs scipy. What is kept are a few hundred numbers about the population; nobody's
+Build-time only. What is kept are a few hundred numbers about the population; nobody's
 own shape.
 """
 

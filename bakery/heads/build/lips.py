@@ -1,4 +1,4 @@
-"""Lip shapes that the source draws wrong, mended on the control mesh. Build-time only: needs scipy.
+"""Lip shapes that the source draws wrong, mended on the control mesh. Build-time only.
 
 Rows count vertices outward from the inner lip contour; the mesh has the same columns in all of them.
 The red of the lips ends at row BORDER.

@@ -1,4 +1,4 @@
-"""The built-in head: MakeHuman's CC0 base mesh, refined. Build-time only: needs scipy."""
+"""The built-in head: MakeHuman's CC0 base mesh, refined. Build-time only."""
 
 from dataclasses import replace
 
@@ -19,8 +19,8 @@ from bakery.heads.build.control import (
     triangles_of,
 )
 from bakery.heads.build.lips import press_lips, round_lips, shrug_upper
-from bakery.heads.build.orbit import lay_lids
 from bakery.heads.build.nose import moved_uv, with_lifted_nose
+from bakery.heads.build.orbit import lay_lids
 from bakery.heads.build.subdivide import refine
 from bakery.heads.build.teeth import LOWER, UPPER, Arch, affine_carry, gum, row_of_teeth
 from bakery.heads.embed import known_landmarks, with_landmarks

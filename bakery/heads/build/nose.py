@@ -24,13 +24,21 @@ ACROSS = (19.0, 2.0)  # mm from the midline, where it ends, and up to which it i
 ABOVE, BELOW = (30.0, 4.0), (-19.0, -10.5)  # mm over the tip, the same
 BRIDGE = 3.2  # mm by which the bridge comes forward at most
 BRIDGE_ACROSS = (11.0, 2.0)  # mm, as ACROSS
-BRIDGE_UP = (26.0, 7.0)  # mm over the tip: where it does most, and over how much (standard deviation)
+BRIDGE_UP = (
+    26.0,
+    7.0,
+)  # mm over the tip: where it does most, and over how much (standard deviation)
 PER_MM = 12  # pixels of the picture in which the surface is looked up
 HOLE = 3.0  # mm that a place lies behind those around: the inside of a nostril
 AROUND = 6.0  # mm, how wide a nostril is at most
 REACH = 34.0  # mm around the tip that the picture holds
 ATLAS = 1024  # texels on a side
-SMOOTH = (14.0, 12.0, 10.0, 8.0)  # of them: the move is smoothed so, in turns that make up what is left
+SMOOTH = (
+    14.0,
+    12.0,
+    10.0,
+    8.0,
+)  # of them: the move is smoothed so, in turns that make up what is left
 FACING, NEAR = 0.25, 0.7  # cosine, and mm: a vertex that the front shows
 
 
@@ -87,7 +95,9 @@ def moved_uv(hanging: Patch, lifted: np.ndarray) -> np.ndarray:
     now = _look_up(picture, here, tip)
     wanted = hanging.uv[moved] + (_look_up(picture, there, tip) - now)[:, :2]
     facing = vertex_normals(hanging.mean, hanging.faces[faces])[vertex[moved], 2] > FACING
-    seen = facing & (np.abs(now[:, 2] - here[:, 2]) < NEAR) & (_look_up(known, here, tip)[:, 0] > 0.9)
+    seen = (
+        facing & (np.abs(now[:, 2] - here[:, 2]) < NEAR) & (_look_up(known, here, tip)[:, 0] > 0.9)
+    )
     told, goal = np.setdiff1d(corners, moved[~seen]), hanging.uv.astype(float)
     goal[moved] = wanted
     uv = hanging.uv.astype(float)

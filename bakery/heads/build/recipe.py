@@ -1,6 +1,6 @@
 """How the default head learns from photographs, from nothing to what `assets/embeddings` keeps.
 
-Build-time only: needs scipy.
+Build-time only.
 """
 
 import numpy as np

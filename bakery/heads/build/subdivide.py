@@ -1,6 +1,6 @@
 """Catmull-Clark subdivision as a matrix, and meshes that use it only where it is needed.
 
-Build-time only: needs scipy.
+Build-time only.
 
 References:
     Catmull, Clark, "Recursively generated B-spline surfaces on arbitrary topological meshes",

@@ -1,5 +1,5 @@
 """A head model out of any mesh of a head that has no shapes of its own.
 
 The built-in head is laid over the mesh; what it knows (shapes, people, landmarks, eyes and teeth) is
-carried across. Needs scipy, as the other tools that make heads do.
+carried across.
 """

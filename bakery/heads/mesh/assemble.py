@@ -12,7 +12,6 @@ from bakery.heads.build.orbit import lay_lids
 from bakery.heads.mesh import flesh as fleshes
 from bakery.heads.mesh import openings, parts, pose, register
 from bakery.heads.mesh.read import pieces, read_surface, simplified
-from bakery.heads.mesh.solve import need_scipy
 from bakery.heads.patch import boxed, join
 from bakery.heads.proxies import mouth_proxy
 from bakery.heads.report.penetrate import DEEP, PAIRS, Contacts
@@ -48,9 +47,7 @@ def import_mesh(path, built_in, look, name, options=MeshOptions()):
 
     Raises:
         InputError: the file cannot be used, no face is found, or what was asked for does not go.
-        ModelError: scipy is missing.
     """
-    need_scipy()
     surface = read_surface(path)
     seen = look(surface, built_in, options.up)
     posed = pose.pose(surface, seen, pose.shape_of(built_in), options.units)

@@ -1,22 +1,10 @@
-"""Sparse operators on a triangle mesh, and their solution. Needs scipy."""
+"""Sparse operators on a triangle mesh, and their solution."""
 
 import numpy as np
 
-from bakery.errors import ModelError
 from bakery.geometry.mesh import face_normals
 
 SLIVER = 1e-3  # mm2: smaller triangles count as if they had this area
-
-
-def need_scipy():
-    """Raise ModelError unless scipy is installed."""
-    try:
-        import scipy.sparse  # noqa: F401
-    except ImportError as error:
-        raise ModelError(
-            "importing a mesh solves sparse equations with scipy, which is not installed; "
-            'install it with pip install "bakery[heads]"'
-        ) from error
 
 
 def gradient(vertices, faces):

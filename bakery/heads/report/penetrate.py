@@ -1,4 +1,4 @@
-"""How deep the parts of a head reach into each other. Measurement only: needs scipy."""
+"""How deep the parts of a head reach into each other. Measurement only."""
 
 import numpy as np
 

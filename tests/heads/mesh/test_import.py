@@ -5,10 +5,9 @@ import pytest
 from click.testing import CliRunner
 
 from bakery.cli.heads import heads
-from bakery.errors import InputError, ModelError
+from bakery.errors import InputError
 from bakery.heads.base import PARTS, PROXIES
 from bakery.heads.file import load_head, save_head
-from bakery.heads.mesh import solve
 from bakery.heads.mesh.assemble import MeshOptions, import_mesh
 from bakery.heads.mesh.pose import similarity
 from bakery.heads.mesh.read import Surface
@@ -111,15 +110,6 @@ def test_lips_and_lids_part_and_close(again):
         moved = rest + found.landmarks(found.expression_basis[EXPRESSION_INDEX[name]])
         gap = moved[upper, 1] - moved[lower, 1]
         assert gap > apart if apart > 0 else gap < apart, name
-
-
-def test_without_scipy_it_says_what_to_install(monkeypatch):
-    import sys
-
-    monkeypatch.setitem(sys.modules, "scipy", None)
-    monkeypatch.setitem(sys.modules, "scipy.sparse", None)
-    with pytest.raises(ModelError, match="pip install"):
-        solve.need_scipy()
 
 
 def run(*arguments):
