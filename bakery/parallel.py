@@ -5,6 +5,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from functools import cache
 from threading import Thread
 from typing import TypeVar
@@ -50,6 +51,17 @@ def both(first: Callable[[], Item], second: Callable[[], Result]) -> tuple[Item,
             task.exception()
         raise
     return one, second() if task.cancel() else task.result()
+
+
+@contextmanager
+def beside(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
+    """Begin work() beside the block; what the block is given waits for the result and returns it.
+
+    An error of `work` comes out where its result would have. The block does not end before the work
+    does, so that nothing is written after it.
+    """
+    with ThreadPoolExecutor(1) as pool:
+        yield pool.submit(work).result
 
 
 @cache

@@ -18,7 +18,7 @@ from bakery.generators.lids import LidSkin
 from bakery.geometry import rotation
 from bakery.hair.base import Hair
 from bakery.heads.base import HeadModel
-from bakery.parallel import ahead
+from bakery.parallel import ahead, beside
 from bakery.plugins import maker_of
 from bakery.stages.atlas import make_atlas
 from bakery.stages.condition import condition, face_camera
@@ -153,16 +153,17 @@ def paint(
         seen = [PhotoView(photo, landmarks, fit, segmentation), *views]
         return _to_arrays(unwrapped(seen, head, neutral, hair, options.texture, kept))
 
-    arrays = kept.one("neutral", whole)
-    for number in range(1 + len(views)):
-        kept.drop(f"skin{number}")
-    prepared = _from_arrays(arrays, head, neutral, fit)
-
     def volume() -> Arrays:
         made = hair.mesh(photo, segmentation, fit, head, neutral)
         return {} if made is None else {f.name: getattr(made, f.name) for f in fields(HairMesh)}
 
-    of_hair = kept.one("hair", volume)
+    # Hair with volume does not depend on the skin: with it, both cores have work.
+    with beside(partial(kept.one, "hair", volume)) as hairdo:
+        arrays = kept.one("neutral", whole)
+        for number in range(1 + len(views)):
+            kept.drop(f"skin{number}")
+        prepared = _from_arrays(arrays, head, neutral, fit)
+        of_hair = hairdo()
     mesh = HairMesh(**of_hair) if of_hair else None
     layer = beside_mesh(prepared.hair, mesh, head, neutral, fit.camera)
     painter = Painter(prepared.subject, generator, fit, options.texture)
