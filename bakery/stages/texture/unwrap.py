@@ -189,7 +189,7 @@ def unwrap_albedo(
     normals = _seen_normals(fit, head, vertices, atlas)
     shade = shading(normals, fit.light)
     on_skin = atlas.paint(np.ones(len(pixels), np.float32))
-    albedo = atlas.paint(reflectance(color, shade))
+    albedo = atlas.paint(np.float32(reflectance(color, shade)))
     slant = atlas.paint(1 - visibility.weight(*GRAZING))
     weight = without_foreign(albedo, atlas.paint(weight), slant, head)
     weight = without_worse(weight, atlas.paint(visibility.cosine), inner_face(head, atlas.size))
