@@ -7,7 +7,7 @@ import numpy as np
 
 from bakery.geometry import harmonics, rotation
 from bakery.geometry.color import LUMA
-from bakery.geometry.fill import diffuse, normalized_blur, smoothstep, soft_limit
+from bakery.geometry.fill import diffuse, normalized_blur, smoothstep, soft_limit, sparse_blur
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.sample import bicubic, bilinear
 from bakery.heads.base import HeadModel
@@ -241,7 +241,7 @@ def up_to_hair(mattes: Mattes, head: HeadModel, atlas: Atlas, pixels: np.ndarray
 
 def inner_face(head: HeadModel, size: int, share: float = 0.75) -> np.ndarray:
     """1 well within the face's contour [T, T], 0 from the contour on; `share` is how much of it counts."""
-    return cv2.GaussianBlur(uv_polygon(head, OVAL, share, size), (0, 0), size / 50)
+    return sparse_blur(uv_polygon(head, OVAL, share, size), size / 50)
 
 
 def bearded(albedo: np.ndarray, weight: np.ndarray, head: HeadModel) -> np.ndarray:
