@@ -62,7 +62,8 @@ def test_the_head_turns_to_its_left_and_up(head):
 
 
 def test_faces_parts_and_normals_go_together(head, open_eyes):
-    weights, camera = open_eyes
+    weights, _ = open_eyes
+    camera = Camera(600.0, np.full(2, 128.0), np.zeros(3), np.array([0, 0, -700.0]), 256, 256)
     texture = np.full((8, 8, 3), 0.5, np.float32)
     seen = condition(head, head.mean, texture, weights, (0.0, 0.0), camera)
     drawn = seen.fragments.face >= 0
