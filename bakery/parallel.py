@@ -4,7 +4,7 @@ import logging
 import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from functools import cache
 from threading import Thread
@@ -55,13 +55,19 @@ def both(first: Callable[[], Item], second: Callable[[], Result]) -> tuple[Item,
 
 @contextmanager
 def beside(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
-    """Begin work() beside the block; what the block is given waits for the result and returns it.
+    """Begin work() beside the block, as soon as the other thread has time.
 
-    An error of `work` comes out where its result would have. The block does not end before the work
-    does, so that nothing is written after it.
+    Blocks may lie in each other: their works are done one after the other, so that no more memory is
+    held than by two. The block is given a function to call once: it returns the result, after doing
+    the work itself where that was not begun. An error of `work` comes out there. Work that was begun
+    ends before the block does, so that nothing is written after it.
     """
-    with ThreadPoolExecutor(1) as pool:
-        yield pool.submit(work).result
+    task = _helper().submit(work)
+    try:
+        yield lambda: work() if task.cancel() else task.result()
+    finally:
+        if not task.cancel():
+            wait([task])
 
 
 @cache

@@ -91,6 +91,23 @@ def test_work_goes_on_beside_the_block_and_ends_before_it():
     assert done == [1, 1]
 
 
+def test_work_beside_a_block_that_was_not_begun_is_done_where_it_is_asked():
+    """One work after the other, in any depth, and never waiting for a thread that waits."""
+    started, go, here = threading.Event(), threading.Event(), threading.get_ident()
+
+    def first():
+        started.set()
+        return go.wait(10)
+
+    with beside(first) as one, beside(threading.get_ident) as two:
+        assert started.wait(10)
+        assert two() == here
+        go.set()
+        assert one()
+    with beside(lambda: both(threading.get_ident, threading.get_ident)) as pair:
+        assert len(set(pair())) == 1
+
+
 def test_an_error_beside_the_block_comes_out_where_its_result_is_asked():
     with beside(lambda: 1 // 0) as made, pytest.raises(ZeroDivisionError):
         made()
