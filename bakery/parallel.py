@@ -4,7 +4,8 @@ import logging
 import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from functools import cache
 from threading import Thread
 from typing import TypeVar
@@ -50,6 +51,23 @@ def both(first: Callable[[], Item], second: Callable[[], Result]) -> tuple[Item,
             task.exception()
         raise
     return one, second() if task.cancel() else task.result()
+
+
+@contextmanager
+def beside(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
+    """Begin work() beside the block, as soon as the other thread has time.
+
+    Blocks may lie in each other: their works are done one after the other, so that no more memory is
+    held than by two. The block is given a function to call once: it returns the result, after doing
+    the work itself where that was not begun. An error of `work` comes out there. Work that was begun
+    ends before the block does, so that nothing is written after it.
+    """
+    task = _helper().submit(work)
+    try:
+        yield lambda: work() if task.cancel() else task.result()
+    finally:
+        if not task.cancel():
+            wait([task])
 
 
 @cache

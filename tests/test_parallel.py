@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from bakery.parallel import ahead, both, side_by_side
+from bakery.parallel import ahead, beside, both, side_by_side
 
 
 def test_order_is_kept():
@@ -72,6 +72,47 @@ def test_an_error_of_either_comes_out_and_the_helper_goes_on():
         with pytest.raises(ValueError, match="either"):
             both(*pair)
     assert both(int, str) == (0, "")
+
+
+def test_work_goes_on_beside_the_block_and_ends_before_it():
+    met, done = threading.Barrier(2, timeout=10), []
+
+    def work():
+        met.wait()
+        time.sleep(0.05)
+        done.append(1)
+        return "made"
+
+    with beside(work) as made:
+        met.wait()
+        assert made() == "made"
+    with beside(work):
+        met.wait()
+    assert done == [1, 1]
+
+
+def test_work_beside_a_block_that_was_not_begun_is_done_where_it_is_asked():
+    """One work after the other, in any depth, and never waiting for a thread that waits."""
+    started, go, here = threading.Event(), threading.Event(), threading.get_ident()
+
+    def first():
+        started.set()
+        return go.wait(10)
+
+    with beside(first) as one, beside(threading.get_ident) as two:
+        assert started.wait(10)
+        assert two() == here
+        go.set()
+        assert one()
+    with beside(lambda: both(threading.get_ident, threading.get_ident)) as pair:
+        assert len(set(pair())) == 1
+
+
+def test_an_error_beside_the_block_comes_out_where_its_result_is_asked():
+    with beside(lambda: 1 // 0) as made, pytest.raises(ZeroDivisionError):
+        made()
+    with pytest.raises(ValueError, match="the block's own"), beside(lambda: 1 // 0):
+        raise ValueError("the block's own")
 
 
 def test_what_fails_ahead_says_nothing(capfd, caplog, monkeypatch):

@@ -6,7 +6,7 @@ photo -> detect -> segment -> fit -> (condition -> generate ->) texture -> mask 
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -40,11 +40,12 @@ from bakery.formats.work import Work, key_of, work_folder
 from bakery.generators.base import Generator
 from bakery.heads.base import HeadModel
 from bakery.heads.file import load_head
+from bakery.parallel import ahead, beside
 from bakery.paths import PACKAGE
 from bakery.plugins import maker_of, plug_in
 from bakery.stages.assess import Finding
 from bakery.stages.detect import face_size
-from bakery.stages.fit import Face
+from bakery.stages.fit import Face, prepare
 from bakery.stages.segment import Segmentation, made_by
 from bakery.types import Fit, Landmarks, Maker, Photo, Textures
 
@@ -111,30 +112,32 @@ def build(request: Request, progress: Progress | None = None) -> list[Finding]:
     show = progress or (lambda step, done, total: None)
     options = request.options
     check_place(request.output, request.overwrite)
-    generator: Generator = plug_in("generators", request.generator)
     head = load_head(request.head)
+    ahead(prepare, head, options.fit)  # beside the imports of the networks
+    generator: Generator = plug_in("generators", request.generator)
     exporters(options.bundle)  # a name that there is not is told before the work
     with work_folder(request.output, request.work) as work:
         seen = find_portrait(request, head, work, show)
         made_by = _maker("generators", request.generator), _maker("hair", request.hair)
         wanted = read_targets(request.expressions)
         kept = Kept(work, key_of(seen.key, made_by, wanted.digest, asdict(options.texture)))
-        textures = paint(
-            seen.photo,
-            seen.landmarks,
-            seen.fit,
-            seen.segmentation,
-            head,
-            generator,
-            plug_in("hair", request.hair),
-            options,
-            kept,
-            show,
-            wanted,
-            seen.views,
-        )
-        show("mask", 2, 4)
-        masks = draw_masks(head, options)
+        with beside(partial(draw_masks, head, options)) as drawn:
+            textures = paint(
+                seen.photo,
+                seen.landmarks,
+                seen.fit,
+                seen.segmentation,
+                head,
+                generator,
+                plug_in("hair", request.hair),
+                options,
+                kept,
+                show,
+                wanted,
+                seen.views,
+            )
+            show("mask", 2, 4)
+            masks = drawn()
         show("bundle", 3, 4)
         _bundle(request, seen, head, textures, masks)
     return seen.findings

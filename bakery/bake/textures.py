@@ -18,7 +18,7 @@ from bakery.generators.lids import LidSkin
 from bakery.geometry import rotation
 from bakery.hair.base import Hair
 from bakery.heads.base import HeadModel
-from bakery.parallel import ahead
+from bakery.parallel import ahead, beside
 from bakery.plugins import maker_of
 from bakery.stages.atlas import make_atlas
 from bakery.stages.condition import condition, face_camera
@@ -153,22 +153,30 @@ def paint(
         seen = [PhotoView(photo, landmarks, fit, segmentation), *views]
         return _to_arrays(unwrapped(seen, head, neutral, hair, options.texture, kept))
 
-    arrays = kept.one("neutral", whole)
-    for number in range(1 + len(views)):
-        kept.drop(f"skin{number}")
-    prepared = _from_arrays(arrays, head, neutral, fit)
-
     def volume() -> Arrays:
         made = hair.mesh(photo, segmentation, fit, head, neutral)
         return {} if made is None else {f.name: getattr(made, f.name) for f in fields(HairMesh)}
 
-    of_hair = kept.one("hair", volume)
+    # Hair with volume does not depend on the skin: with it, both cores have work.
+    with beside(partial(kept.one, "hair", volume)) as hairdo:
+        arrays = kept.one("neutral", whole)
+        for number in range(1 + len(views)):
+            kept.drop(f"skin{number}")
+        prepared = _from_arrays(arrays, head, neutral, fit)
+        of_hair = hairdo()
     mesh = HairMesh(**of_hair) if of_hair else None
-    layer = beside_mesh(prepared.hair, mesh, head, neutral, fit.camera)
+
+    def unpainted() -> tuple[np.ndarray, np.ndarray]:
+        """The layer of the hair and the albedo, of which no picture is painted."""
+        layer = beside_mesh(prepared.hair, mesh, head, neutral, fit.camera)
+        return layer.astype(np.float16), albedo_of(prepared.subject, fit).astype(np.float16)
+
     painter = Painter(prepared.subject, generator, fit, options.texture)
-    of_keys = list(painted("key", painter.key, wanted.key_weights, 1))
-    of_gaze = list(painted("gaze", painter.gaze, directions, GAZES))
-    of_mouths = list(painted("mouth", painter.mouth, poses, MOUTHS))
+    with beside(unpainted) as others:
+        of_keys = list(painted("key", painter.key, wanted.key_weights, 1))
+        of_gaze = list(painted("gaze", painter.gaze, directions, GAZES))
+        of_mouths = list(painted("mouth", painter.mouth, poses, MOUTHS))
+        layer, albedo = others()
     return Textures(
         neutral=painter.lit(prepared.subject.texture),
         keys=np.stack([painter.lit(row["texture"]) for row in of_keys]),
@@ -176,7 +184,7 @@ def paint(
         key_weights=wanted.key_weights,
         source=prepared.source,
         facing=prepared.facing.astype(np.float16),
-        hair=layer.astype(np.float16),
+        hair=layer,
         gaze=np.stack([row["texture"] for row in of_gaze]),
         gaze_directions=directions,
         mouths=np.stack([row["texture"] for row in of_mouths]),
@@ -184,7 +192,7 @@ def paint(
         mouth_weights=poses,
         maker=maker_of("generators", generator),
         made_from=origin,
-        albedo=albedo_of(prepared.subject, fit).astype(np.float16),
+        albedo=albedo,
         hair_mesh=mesh,
     )
 

@@ -17,6 +17,7 @@ from bakery.geometry.encode import encode
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.sample import interpolate
 from bakery.heads.base import PARTS, HeadModel, once_a_mean
+from bakery.memo import once_per_object
 from bakery.types import Conditions
 
 NONE = 255  # code of `part` where nothing is drawn
@@ -90,9 +91,14 @@ def expression_channels(subject, conditions, camera=None, wanted=("strain", "fol
     if "strain" in wanted:
         channels["strain"] = strain_channels(head, expression, pixels, found)
     if "folds" in wanted:
-        light = harmonics.turned(subject.light, subject.light_rotation.T)
-        channels["folds"] = fold_channels(head, expression, light, found)
+        channels["folds"] = fold_channels(head, expression, _light_of(subject), found)
     return channels
+
+
+@once_per_object
+def _light_of(subject):
+    """A subject's light [9, 3] in head space."""
+    return harmonics.turned(subject.light, subject.light_rotation.T)
 
 
 def face_mask(head, conditions):

@@ -8,6 +8,7 @@ as strain is. Whoever changes the lines of `fold_lines` changes what shipped wei
 
 from dataclasses import dataclass, field
 
+import numba
 import numpy as np
 
 from bakery.generators.folds import Folds, joined, make_folds
@@ -70,14 +71,33 @@ def fold_channels(head, expression, light, found):
     depths = model.folds.depths(head.vertices(head.mean, np.asarray(expression, np.float32)))
     if depths.max() < 0.01:
         return np.full((*found.face.shape, CHANNELS), 128, np.uint8)
-    height, shading = np.zeros((2, TEXELS, TEXELS), np.float32)
-    height.flat[model.index] = model.folds.relief(depths)
-    slope = np.stack(np.gradient(height)[::-1], -1).reshape(-1, 2)[model.index]
-    shading.flat[model.index] = np.einsum("nk,nk->n", model.lit(light @ LUMA), slope)
+    drawn = np.zeros((TEXELS, TEXELS, CHANNELS), np.float32)
+    _draw(model.index, model.folds.relief(depths), model.lit(light @ LUMA), drawn)
     uv = head.landmark_uv()[:FACE].astype(np.float32)
     texel = interpolate(found, uv[landmark_faces(head)]) * TEXELS
-    drawn = bilinear(np.stack([height, shading], -1), texel) * (found.face >= 0)[..., None]
+    drawn = bilinear(drawn, texel) * (found.face >= 0)[..., None]
     return np.round(128 + 127 * np.clip(drawn / FULL, -1, 1)).astype(np.uint8)
+
+
+def shaded_reference(height, index, lit):
+    """The shading [N] of a height [T, T] mm at some texels, in plain numpy; arguments as of `_draw`."""
+    slope = np.stack(np.gradient(height)[::-1], -1).reshape(-1, 2)[index]
+    return np.einsum("nk,nk->n", lit, slope)
+
+
+@numba.njit(cache=True, nogil=True)
+def _draw(index, relief, lit, out):
+    """Draw heights [N] mm and their shading, of `lit` [N, 2], at flat texels [N]: out [T, T, 2]."""
+    side = len(out)
+    for n in range(len(index)):
+        out[index[n] // side, index[n] % side, 0] = relief[n]
+    for n in range(len(index)):
+        y, x = index[n] // side, index[n] % side
+        left, right = max(x - 1, 0), min(x + 1, side - 1)
+        above, below = max(y - 1, 0), min(y + 1, side - 1)
+        along = (out[y, right, 0] - out[y, left, 0]) / np.float32(right - left)
+        down = (out[below, x, 0] - out[above, x, 0]) / np.float32(below - above)
+        out[y, x, 1] = lit[n, 0] * along + lit[n, 1] * down
 
 
 def get_ready(head):

@@ -24,14 +24,16 @@ from bakery.generators.eyes import with_photographed_eyes
 from bakery.generators.fold_maps import TINT, FoldMaps
 from bakery.generators.interior import (
     FRAME_SCALE,
+    RELIEF,
     interior_shade,
     teeth_relief,
     teeth_tinted,
 )
 from bakery.generators.lids import with_lids
-from bakery.generators.shade import is_part
+from bakery.generators.shade import BLUR, EYES, MOUTH, is_part
 from bakery.generators.unet import NetworkOptions, UNet, byte_range, input_channels, parts_of
 from bakery.geometry import camera as cameras
+from bakery.geometry.fill import around
 from bakery.landmarks import FACE
 from bakery.paths import ASSETS
 from bakery.types import Conditions, Generated
@@ -46,6 +48,9 @@ NOMINAL = (
 )  # pixels a mm of a frame of 512 pixels, at which the network was trained
 ZOOMS = (0.87, 1.15)  # scales over NOMINAL that are taken as they are; training varied them by 12%
 ROUNDED = 0.02  # of a side by which a picture that is resized anyway may be off to need no padding
+BESIDE = (
+    8  # pixels around eyes and mouth that are painted with them: who samples them blurs a little
+)
 PHOTO_RATIO = 0.78  # of the side of Subject.photo that the height of the landmarks takes
 
 
@@ -95,30 +100,47 @@ class PaganGenerator:
         """
         if subject.photo is None:
             raise ValueError("Subject.photo is missing; the network looks at the neutral photo")
-        camera = conditions.camera
-        per_mm = cameras.pixels_per_mm(camera)
+        per_mm, window = cameras.pixels_per_mm(conditions.camera), np.s_[:, :]
+        if interior_only:
+            inside = is_part(conditions.part, *EYES, *MOUTH)
+            if not inside.any():
+                return _unchanged(conditions)
+            window = around(inside, BLUR * max(RELIEF * per_mm, 0.6) + BESIDE)
+        log_ratio, shade, color, alpha = self.share(subject, conditions, window)
+        if not interior_only:
+            skin = is_part(conditions.part, "skin")
+            log_ratio += (self._folds.at(subject, conditions) * skin)[..., None] * TINT
+        ratio = np.exp(log_ratio) * shade[..., None]
+        if not interior_only:
+            color, alpha = with_lids(subject, conditions, color, alpha)
+        image = _laid(conditions.deformed_neutral[window] * ratio, color, alpha)
+        if interior_only:
+            return _unchanged(conditions, window, Generated(image, ratio, color, alpha))
+        eyes, where = with_photographed_eyes(subject, conditions, image, per_mm)
+        color, alpha = _laid(color, eyes, where), np.maximum(alpha, where)
+        return Generated(_laid(image, eyes, where), ratio, color, alpha)
+
+    def share(self, subject, conditions, window=np.s_[:, :]):
+        """What the network says of a target, before folds, lids and eyes are laid over it.
+
+        Args:
+            window: slices (rows, columns) of the picture; h, w pixels.
+
+        Returns:
+            log-ratio [h, w, 3] of the skin, shade [h, w] of eyes and mouth, colour [h, w, 3], alpha [h, w].
+        """
+        per_mm = cameras.pixels_per_mm(conditions.camera)
         channels = condition_channels(subject.head, conditions)
         shade = interior_shade(channels, per_mm)
         expressed = expression_channels(subject, conditions, wanted=self.network.options.inputs)
         stack = input_channels(channels, aligned_photo(subject, conditions), shade, expressed)
-        change = self.paint_scaled(stack, per_mm / NOMINAL)
-        face = channels.face.astype(np.float32) / 255 * (channels.part != NONE)
-        log_ratio = change[..., :3] * face[..., None]
-        if not interior_only:
-            skin = is_part(channels.part, "skin")
-            log_ratio += (self._folds.at(subject, conditions) * skin)[..., None] * TINT
-        ratio = np.exp(log_ratio) * shade[..., None]
-        relief = teeth_relief(channels.part, shade, per_mm)
-        color, alpha = change[..., 3:6] * relief[..., None], change[..., 6] * face
-        color = teeth_tinted(color, alpha, conditions.deformed_neutral, channels.part)
-        if not interior_only:
-            color, alpha = with_lids(subject, conditions, color, alpha)
-        image = _laid(conditions.deformed_neutral * ratio, color, alpha)
-        if not interior_only:
-            eyes, where = with_photographed_eyes(subject, conditions, image, per_mm)
-            color, alpha = _laid(color, eyes, where), np.maximum(alpha, where)
-            image = _laid(image, eyes, where)
-        return Generated(image, ratio, color, alpha)
+        change = self.paint_scaled(stack, per_mm / NOMINAL)[window]
+        part, shade, face = channels.part[window], shade[window], channels.face[window]
+        face = face.astype(np.float32) / 255 * (part != NONE)
+        color = change[..., 3:6] * teeth_relief(part, shade, per_mm)[..., None]
+        alpha = change[..., 6] * face
+        color = teeth_tinted(color, alpha, conditions.deformed_neutral[window], part)
+        return change[..., :3] * face[..., None], shade, color, alpha
 
     def paint_scaled(self, channels, zoom):
         """`paint` at the scale that the network was trained at, the change resized.
@@ -197,6 +219,18 @@ def _look_up(codes, meanings, out):
             for c in range(out.shape[2]):
                 for k in range(4):
                     out[2 * y + k // 2, 2 * x + k % 2, c] = meanings[c, codes[y, x, 4 * c + k]]
+
+
+def _unchanged(conditions, window=None, made=None):
+    """The deformed neutral as it is, but for what was `made` in a window (slices) of it."""
+    image = conditions.deformed_neutral
+    whole = Generated(
+        image.copy(), np.ones_like(image), np.zeros_like(image), np.zeros(image.shape[:2], image.dtype)
+    )  # fmt: skip
+    if made is not None:
+        for name in vars(made):
+            getattr(whole, name)[window] = getattr(made, name)
+    return whole
 
 
 def _laid(under, over, alpha):

@@ -15,9 +15,10 @@ MOUTH = ("mouth_cavity", "teeth_upper", "teeth_lower", "gums_upper", "gums_lower
 
 def is_part(part, *names):
     """Mask of the pixels [H, W] uint8 whose part is one of the named."""
-    named = np.zeros(256, bool)
-    named[[PARTS.index(name) for name in names]] = True
-    return named[part]
+    found = part == PARTS.index(names[0])
+    for name in names[1:]:
+        found |= part == PARTS.index(name)
+    return found
 
 
 def lid_occlusion(part, depth, focal):

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from bakery.geometry.delaunay import delaunay
+from bakery.geometry.mesh import scatter_add
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import interpolate
 from bakery.landmarks import EYES, FACE, LIPS_INNER
@@ -81,6 +82,9 @@ class _Strain:
         gram += 1e-4 * np.eye(2)
         right = np.einsum("afd,fid->afi", axes, np.stack([first, second], 1))
         self.coordinates = np.linalg.solve(gram[None], right[..., None])[..., 0]  # [2, F, 2]
+        self.corners = self.faces.T.ravel()
+        mass = np.bincount(self.corners, np.tile(self.area, 3), FACE)
+        self.mass = np.maximum(mass, 1e-6)[:, None]  # of the faces around each landmark
 
     def at_landmarks(self, expression):
         """Log stretch [468, 2] across and along the face."""
@@ -89,11 +93,8 @@ class _Strain:
         edges = np.stack([b - a, c - a], 1)
         length = np.linalg.norm(np.einsum("afi,fid->afd", self.coordinates, edges), axis=-1)
         values = np.log(np.maximum(length, 0.05)).T * self.area[:, None]
-        total, mass = np.zeros((FACE, CHANNELS)), np.zeros(FACE)
-        for k in range(3):
-            np.add.at(total, self.faces[:, k], values)
-            np.add.at(mass, self.faces[:, k], self.area)
-        return (total / np.maximum(mass, 1e-6)[:, None]).astype(np.float32)
+        total = scatter_add(np.tile(values, (3, 1)), self.corners, FACE)
+        return (total / self.mass).astype(np.float32)
 
 
 @once_per_object

@@ -4,6 +4,10 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
+REACH = 4.5  # standard deviations, beyond which cv2.GaussianBlur of floats sees nothing
+# Pixels that OpenCV takes at once, at most: what is left of a row is rounded in another way.
+LANES = 16
+
 
 def around(mask: np.ndarray, margin: float) -> tuple[slice, slice]:
     """Slices (rows, columns) that hold all of a mask [H, W], not empty, and `margin` pixels around it."""
@@ -56,8 +60,42 @@ def diffuse(values: np.ndarray, weight: np.ndarray, floor: float = 1e-4) -> np.n
     return out
 
 
+def sparse_blur(picture: np.ndarray, sigma: float) -> np.ndarray:
+    """`cv2.GaussianBlur` of a picture [H, W] or [H, W, C] of floats, only where it is not 0 all around.
+
+    The same numbers: what a blur cannot reach stays 0.
+    """
+    out = np.zeros(picture.shape, picture.dtype)
+    there = picture.any(2) if picture.ndim > 2 else picture != 0
+    if there.any():
+        window = _reached(there, sigma)
+        out[window] = cv2.GaussianBlur(picture[window], (0, 0), sigma).reshape(out[window].shape)
+    return out
+
+
 def normalized_blur(values: np.ndarray, weight: np.ndarray, sigma: float) -> np.ndarray:
-    """Gaussian blur of values [H, W] or [H, W, C] over what has weight [H, W] 0..1."""
+    """Gaussian blur of values [H, W] or [H, W, C] over what has weight [H, W] 0..1.
+
+    The same numbers as `normalized_blur_reference`: what no weight reaches is 0.
+    """
+    out = np.zeros(values.shape, np.result_type(values, weight))
+    if weight.any():
+        window = _reached(weight != 0, sigma)
+        out[window] = normalized_blur_reference(values[window], weight[window], sigma)
+    return out
+
+
+def _reached(there: np.ndarray, sigma: float) -> tuple[slice, slice]:
+    """Slices that hold all that the blur of a mask [H, W], not empty, reaches.
+
+    Its rows are cut so that OpenCV rounds as in rows of the whole picture.
+    """
+    rows, columns = around(there, REACH * sigma + 1 + LANES)
+    return rows, slice(columns.start // LANES * LANES, columns.stop)
+
+
+def normalized_blur_reference(values: np.ndarray, weight: np.ndarray, sigma: float) -> np.ndarray:
+    """`normalized_blur` of the whole picture."""
     mass = np.maximum(cv2.GaussianBlur(weight, (0, 0), sigma), 1e-3)
     deep = (...,) + (None,) * (values.ndim - 2)
     out: np.ndarray = cv2.GaussianBlur(values * weight[deep], (0, 0), sigma) / mass[deep]

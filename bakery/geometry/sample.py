@@ -3,6 +3,7 @@
 import cv2
 import numba
 import numpy as np
+from numpy.typing import ArrayLike
 
 from bakery.types import Fragments
 
@@ -39,6 +40,29 @@ def _blend(face, barycentric, corners, out):
                     + barycentric[n, 1] * corners[f, 1, c]
                     + barycentric[n, 2] * corners[f, 2, c]
                 )
+
+
+def at_corners(values: ArrayLike, corners: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Values [V, C] of three corners [N, 3] each, blended by weights [N, 3]: [N, C] float32."""
+    values = np.ascontiguousarray(values, np.float32)
+    out = np.empty((len(corners), values.shape[1]), np.float32)
+    _at_corners(values, corners, weights, out)
+    return out
+
+
+def at_corners_reference(values: ArrayLike, corners: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """`at_corners` in plain numpy."""
+    first, second, third = np.asarray(values, np.float32)[corners.T]
+    return first * weights[:, :1] + second * weights[:, 1:2] + third * weights[:, 2:]
+
+
+@numba.njit(cache=True, nogil=True)
+def _at_corners(values, corners, weights, out):
+    for n in range(len(corners)):
+        a, b, c = corners[n, 0], corners[n, 1], corners[n, 2]
+        first, second, third = weights[n, 0], weights[n, 1], weights[n, 2]
+        for k in range(values.shape[1]):
+            out[n, k] = values[a, k] * first + values[b, k] * second + values[c, k] * third
 
 
 def interpolate_reference(fragments, corners):

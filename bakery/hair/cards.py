@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from bakery.geometry.fill import smoothstep
+from bakery.geometry.fill import smoothstep, sparse_blur
 from bakery.hair.layer import HairLayer
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import Atlas, Visibility
@@ -37,7 +37,7 @@ class CardHair(HairLayer):
         are short, and end softly.
         """
         growth = growth_on(head, atlas)
-        near = cv2.GaussianBlur(growth, (0, 0), atlas.size / BESIDE)
+        near = sparse_blur(growth, atlas.size / BESIDE)
         kept = np.maximum(growth, smoothstep(0.05, 0.3, near))
         kept = np.maximum(kept, forehead(head, atlas.size))
         kept = np.maximum(kept, before_ears(head, atlas)).astype(np.float32)

@@ -11,7 +11,7 @@ from bakery.geometry.camera import project_camera, to_camera
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.raster import rasterize
-from bakery.geometry.sample import bilinear
+from bakery.geometry.sample import at_corners, bilinear
 from bakery.heads.base import PARTS, PROXIES, HeadModel
 from bakery.memo import once_per_object
 from bakery.types import Camera
@@ -32,13 +32,7 @@ class Atlas:
 
     def at(self, values: ArrayLike) -> np.ndarray:
         """Per-vertex values [V, C] at the texels: [N, C] float32."""
-        weights = self.barycentric
-        values = np.asarray(values, np.float32)
-        return (
-            values[self.corners[:, 0]] * weights[:, :1]
-            + values[self.corners[:, 1]] * weights[:, 1:2]
-            + values[self.corners[:, 2]] * weights[:, 2:]
-        )
+        return at_corners(values, self.corners, self.barycentric)
 
     def take(self, *parts: str) -> "Atlas":
         """The atlas of the named parts alone."""

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import cv2
+import numba
 import numpy as np
 
 from bakery.geometry import camera as cameras
@@ -87,17 +88,15 @@ def condition(
     found = rasterize(
         pixels, -points[:, 2], head.faces[faces], (camera.height, camera.width), cull=True
     )
-    seen = found.face >= 0
-    face = np.where(seen, faces[found.face], -1).astype(np.int32)
+    face, part = np.empty_like(found.face), np.empty(found.face.shape, np.uint8)
+    _name_faces(found.face, faces, head.face_part, face, part)
     fragments = type(found)(face, found.barycentric, found.depth)
     normals = interpolate(
         fragments, vertex_normals(points, head.faces).astype(np.float32)[head.faces]
     )
-    length = np.sqrt(np.einsum("hwc,hwc->hw", normals, normals))  # a third of norm's time
-    normals /= np.maximum(length, 1e-6)[..., None]
-    part = np.where(seen, head.face_part[face], 255).astype(np.uint8)
+    _make_unit(normals)
     uv = interpolate(fragments, head.uv[head.uv_faces])
-    deformed = bilinear(texture, uv * texture.shape[0]) * seen[..., None]
+    deformed = bilinear(texture, uv * texture.shape[0]) * (face >= 0)[..., None]
     return Conditions(
         camera,
         np.asarray(expression, np.float32),
@@ -105,11 +104,36 @@ def condition(
         vertices,
         fragments,
         part,
-        normals.astype(np.float32),
+        normals,
         found.depth,
         _gaze_mask(head, vertices, neutral, gaze, camera, fragments, part),
         deformed,
     )
+
+
+@numba.njit(cache=True, nogil=True)
+def _name_faces(found, faces, parts, face_out, part_out):
+    """The face [H, W] of the head, -1 for none, and its part, 255 for none, of those that were drawn."""
+    height, width = found.shape
+    for y in range(height):
+        for x in range(width):
+            drawn = found[y, x] >= 0
+            face_out[y, x] = faces[found[y, x]] if drawn else -1
+            part_out[y, x] = parts[face_out[y, x]] if drawn else 255
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _make_unit(vectors):
+    """Divide vectors [H, W, 3] by their length, in place."""
+    for y in range(vectors.shape[0]):
+        for x in range(vectors.shape[1]):
+            a, b, c = vectors[y, x, 0], vectors[y, x, 1], vectors[y, x, 2]
+            length = max(np.sqrt(a * a + b * b + c * c), np.float32(1e-6))
+            vectors[y, x, 0], vectors[y, x, 1], vectors[y, x, 2] = (
+                a / length,
+                b / length,
+                c / length,
+            )
 
 
 def _gaze_mask(head, vertices, neutral, gaze, camera, fragments, part):

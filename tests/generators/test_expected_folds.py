@@ -122,3 +122,19 @@ def test_the_mean_of_people_is_the_mean_of_their_reliefs(head):
     both = joined(people)
     assert np.abs(apart).max() > 0.1
     assert_allclose(both.relief(both.depths(shape)), np.mean(apart, 0), atol=1e-5)
+
+
+@pytest.mark.parametrize("rows", [np.s_[:], np.s_[40:-40]])
+def test_drawn_shading_is_that_of_the_reference(rows):
+    """To the bit, at the borders of the map too."""
+    side, rng = expected_folds.TEXELS, np.random.default_rng(4)
+    index = np.arange(side * side).reshape(side, side)[rows].ravel()
+    relief = rng.normal(size=len(index)).astype(np.float32)
+    lit = rng.normal(size=(len(index), 2)).astype(np.float32)
+    out = np.zeros((side, side, 2), np.float32)
+    expected_folds._draw(index, relief, lit, out)
+    height = np.zeros((side, side), np.float32)
+    height.flat[index] = relief
+    np.testing.assert_array_equal(out[..., 0], height)
+    wanted = expected_folds.shaded_reference(height, index, lit)
+    np.testing.assert_array_equal(out[..., 1].flat[index], wanted)

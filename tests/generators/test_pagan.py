@@ -15,6 +15,7 @@ from bakery.errors import ModelError
 from bakery.generators import pagan
 from bakery.generators.channels import condition_channels, expression_channels
 from bakery.generators.interior import FRAME_SCALE, interior_shade
+from bakery.generators.shade import EYES, MOUTH, is_part
 from bakery.generators.unet import (
     INPUTS,
     NetworkOptions,
@@ -175,6 +176,28 @@ def test_generated_picture_is_what_its_parts_say(target):
     assert_allclose(made.ratio[skin], 1)
 
 
+def test_interior_alone_is_painted_as_in_the_whole(target):
+    """Eyes and mouth to the bit; skin stays as it is, and all of it where neither is seen."""
+    head, conditions = target
+    folded = UNet(TINY, folded=True)
+    folded.load_state_dict(fold(random_network()))
+    generator = pagan.PaganGenerator(folded, half=False)
+    subject = Observation(head, np.full((512, 512, 3), 90, np.uint8))
+    made = generator.generate(subject, conditions, interior_only=True)
+    log_ratio, shade, color, alpha = generator.share(subject, conditions)
+    near = cv2.dilate(is_part(conditions.part, *EYES, *MOUTH).astype(np.uint8), np.ones((9, 9))) > 0
+    for found, wanted in (
+        (made.ratio, np.exp(log_ratio) * shade[..., None]), (made.color, color), (made.alpha, alpha)
+    ):  # fmt: skip
+        np.testing.assert_array_equal(found[near], wanted[near])
+    far = ~cv2.dilate(near.astype(np.uint8), np.ones((401, 401))).astype(bool)
+    np.testing.assert_array_equal(made.image[far], conditions.deformed_neutral[far])
+    skin = np.where(near, np.uint8(PARTS.index("skin")), conditions.part)
+    made = generator.generate(subject, replace(conditions, part=skin), interior_only=True)
+    np.testing.assert_array_equal(made.image, conditions.deformed_neutral)
+    assert made.alpha.max() == 0 and made.ratio.min() == made.ratio.max() == 1
+
+
 def test_the_networks_share_is_the_training_picture(target):
     """What training minimises is the picture that inference makes."""
     head, conditions = target
@@ -182,7 +205,11 @@ def test_the_networks_share_is_the_training_picture(target):
     folded.load_state_dict(fold(random_network()))
     generator = pagan.PaganGenerator(folded, half=False)
     subject = Observation(head, np.full((512, 512, 3), 90, np.uint8))
-    made = generator.generate(subject, conditions, interior_only=True)
+    log_ratio, light, color, alpha = (
+        part[..., None] if part.ndim == 2 else part for part in generator.share(subject, conditions)
+    )
+    skin = conditions.deformed_neutral * np.exp(log_ratio) * light
+    image = skin * (1 - alpha) + color * alpha
     channels = condition_channels(head, conditions)
     shade = interior_shade(channels, FRAME_SCALE * 512)
     expressed = expression_channels(subject, conditions)
@@ -191,7 +218,7 @@ def test_the_networks_share_is_the_training_picture(target):
     with torch.no_grad():
         change = interpret(folded(network_input(batch)), batch["deformed"].float() / 255)
     whole = channels.face == 255
-    picture = colors.to_encoded(np.clip(made.image, 0, 1))[whole]
+    picture = colors.to_encoded(np.clip(image, 0, 1))[whole]
     # Bytes of the input and a head that is not exactly 165 mm high.
     difference = np.abs(picture - change.picture[0].permute(1, 2, 0).numpy()[whole])
     assert np.percentile(difference, 99) < 0.02

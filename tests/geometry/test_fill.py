@@ -1,8 +1,18 @@
 """Smooth completion and seamless noise."""
 
+import cv2
 import numpy as np
+import pytest
 
-from bakery.geometry.fill import around, diffuse, enclosed, smoothstep
+from bakery.geometry.fill import (
+    around,
+    diffuse,
+    enclosed,
+    normalized_blur,
+    normalized_blur_reference,
+    smoothstep,
+    sparse_blur,
+)
 from bakery.geometry.noise import value_noise
 
 
@@ -64,3 +74,27 @@ def test_weights_that_rounding_leaves_below_nothing_say_nothing():
     wanted = diffuse(values, weight)
     weight[weight == 0] = -1.2e-7
     np.testing.assert_array_equal(diffuse(values, weight), wanted)
+
+
+@pytest.mark.parametrize("sigma", [0.6, 2.0, 5.3, 17.0])
+@pytest.mark.parametrize(
+    "place", [np.s_[30:52, 40:45], np.s_[:9, 70:], np.s_[:, 50:51], np.s_[:0, :0]]
+)
+def test_blurs_look_only_where_there_is_something(place, sigma):
+    """To the bit what a blur of the whole picture gives, at its borders too."""
+    rng = np.random.default_rng(5)
+    weight = np.zeros((96, 83), np.float32)
+    weight[place] = rng.random(weight[place].shape)
+    values = rng.normal(size=(96, 83, 3)).astype(np.float32)
+    np.testing.assert_array_equal(
+        sparse_blur(weight, sigma), cv2.GaussianBlur(weight, (0, 0), sigma)
+    )
+    colors = values * weight[..., None]
+    np.testing.assert_array_equal(
+        sparse_blur(colors, sigma), cv2.GaussianBlur(colors, (0, 0), sigma)
+    )
+    for some in (values, values[..., 0], values.astype(np.float64)):
+        found = normalized_blur(some, weight, sigma)
+        wanted = normalized_blur_reference(some, weight, sigma)
+        assert found.dtype == wanted.dtype
+        np.testing.assert_array_equal(found, wanted)

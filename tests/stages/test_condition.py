@@ -7,6 +7,8 @@ import pytest
 
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
+from bakery.geometry.mesh import vertex_normals
+from bakery.geometry.sample import interpolate_reference
 from bakery.heads.base import PARTS
 from bakery.stages.condition import condition, face_camera
 from bakery.types import EXPRESSION_INDEX, Camera
@@ -57,3 +59,23 @@ def test_the_head_turns_to_its_left_and_up(head):
     )
     assert left[0] > rest[0] + 5
     assert up[1] < rest[1] - 5
+
+
+def test_faces_parts_and_normals_go_together(head, open_eyes):
+    weights, _ = open_eyes
+    camera = Camera(600.0, np.full(2, 128.0), np.zeros(3), np.array([0, 0, -700.0]), 256, 256)
+    texture = np.full((8, 8, 3), 0.5, np.float32)
+    seen = condition(head, head.mean, texture, weights, (0.0, 0.0), camera)
+    drawn = seen.fragments.face >= 0
+    assert 0 < drawn.mean() < 1
+    np.testing.assert_array_equal(
+        seen.part, np.where(drawn, head.face_part[seen.fragments.face], 255)
+    )
+    points = cameras.to_camera(seen.vertices, camera)
+    normals = interpolate_reference(
+        seen.fragments, vertex_normals(points, head.faces)[head.faces].astype(np.float32)
+    )
+    length = np.linalg.norm(normals, axis=-1, keepdims=True)
+    # The reference adds in another order.
+    np.testing.assert_allclose(seen.normals, normals / np.maximum(length, 1e-6), atol=1e-6)
+    assert not seen.normals[~drawn].any() and not seen.deformed_neutral[~drawn].any()

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from bakery.geometry.color import LUMA
-from bakery.geometry.fill import diffuse, normalized_blur, smoothstep, soft_limit
+from bakery.geometry.fill import diffuse, normalized_blur, smoothstep, soft_limit, sparse_blur
 
 FINE, WIDE = 1 / 70, 1 / 25  # of the atlas's side: what is finer is detail; the field is as wide
 RIM = 1 / 60  # of the atlas's side: tones of borders off the face are the least sure
@@ -113,8 +113,8 @@ def alike(albedo: np.ndarray, sure: np.ndarray) -> np.ndarray:
 def _field(ratio: np.ndarray, weight: np.ndarray, on_skin: np.ndarray) -> np.ndarray:
     """A wide log ratio [T, T, 3] that both halves share, continued to all skin."""
     sigma = WIDE * len(ratio)
-    mass = cv2.GaussianBlur(weight, (0, 0), sigma)
-    wide = cv2.GaussianBlur(ratio * weight[..., None], (0, 0), sigma)
+    mass = sparse_blur(weight, sigma)
+    wide = sparse_blur(ratio * weight[..., None], sigma)
     wide /= np.maximum(mass, 1e-4)[..., None]
     shared, mass = _shared(wide, mass)
     return diffuse(shared, np.clip(np.maximum(mass, UNSEEN * on_skin), 0, 1))

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from bakery.geometry.color import LUMA, held, to_encoded
-from bakery.geometry.fill import around, diffuse, normalized_blur, smoothstep
+from bakery.geometry.fill import around, diffuse, normalized_blur, smoothstep, sparse_blur
 
 DIFFERS = 0.5, 0.12  # log brightness, and tint, by which what is made up differs from the middle
 UNLIKE = 0.08  # distance of sRGB colours of hair and skin that can be told apart
@@ -93,7 +93,7 @@ def _inner(hair):
 
 def _beside(sure):
     """How near texels are to what is `sure` [T, T]: [T, T, 1] 0..1."""
-    near = cv2.GaussianBlur(sure.astype(np.float32), (0, 0), len(sure) / REACH)
+    near = sparse_blur(sure.astype(np.float32), len(sure) / REACH)
     return np.clip(2 * near, 0, 1)[..., None]
 
 

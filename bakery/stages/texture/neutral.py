@@ -14,6 +14,7 @@ from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.landmarks import FACE
+from bakery.parallel import beside
 from bakery.stages.atlas import Atlas, Visibility, make_atlas, make_view, visibility_of
 from bakery.stages.condition import condition
 from bakery.stages.face_frame import head_photo
@@ -130,7 +131,11 @@ def prepare(
     def completed() -> CompleteAlbedo:
         return complete(view.partial, head, view.vertices, on_skin, method)
 
-    skin = keep(completed) if keep else completed()
+    def layer() -> np.ndarray:
+        return hair(view.image, view.mattes, head, on_skin, view.visibility)
+
+    with beside(layer) as hairy:
+        skin = keep(completed) if keep else completed()
     blank = np.zeros((8, 8, 3), np.float32)
     drawn = condition(head, neutral, blank, fit.expression, fit.gaze, local.camera)
     eyes = eye_maps(
@@ -172,8 +177,7 @@ def prepare(
     texture = atlas.fill_gutter(texture.reshape(resolution, resolution, 3))
     lids = lid_skin(head, neutral, texture, atlas)
     turn = rotation.matrix(fit.camera.rotation)
-    over = hair(view.image, view.mattes, head, on_skin, view.visibility)
-    over = _lit_strip(over, skin.lift, texture, view)
+    over = _lit_strip(hairy(), skin.lift, texture, view)
     if glasses:
         frames = frame_layer(view.image, view.mattes.frame, on_skin, view.visibility)
         over = laid_over(over, frames)

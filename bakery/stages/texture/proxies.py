@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bakery.geometry.raster import rasterize
+from bakery.geometry.sample import at_corners
 from bakery.heads.base import EYES, HeadModel
 
 
@@ -19,8 +20,8 @@ class Proxy:
     barycentric: np.ndarray  # [N, 3] float32
 
     def at(self, values: ArrayLike) -> np.ndarray:
-        """Per-vertex values [V, C] at the texels: [N, C]."""
-        return np.einsum("nk,nkc->nc", self.barycentric, np.asarray(values)[self.corners])
+        """Per-vertex values [V, C] at the texels: [N, C] float32."""
+        return at_corners(values, self.corners, self.barycentric)
 
     def paint(self, values: np.ndarray) -> np.ndarray:
         """Texel values [N, C] as a picture [h, w, C]; texels off the proxy are 0."""

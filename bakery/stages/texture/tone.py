@@ -8,6 +8,7 @@ The basis is of logarithms, so that exposure and white balance, which are free, 
 import cv2
 import numpy as np
 
+from bakery.geometry.fill import sparse_blur
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.landmarks import OVAL
@@ -66,7 +67,7 @@ def _on_atlas(charts: np.ndarray, head: HeadModel, atlas: Atlas) -> tuple[np.nda
     across = head.landmark_uv()[OVAL, 0] * size
     middle, half = (across.max() + across.min()) / 2, np.ptp(across) / 2
     within[:, np.abs(np.arange(size) + 0.5 - middle) > NARROW * half] = 0
-    share = cv2.GaussianBlur(within, (0, 0), FADE * size).reshape(-1)[atlas.index]
+    share = sparse_blur(within, FADE * size).reshape(-1)[atlas.index]
     pixels = np.clip(place, 0, 1) * charts.shape[1]
     return np.stack([bilinear(chart, pixels) for chart in charts]), share
 

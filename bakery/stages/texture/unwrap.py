@@ -7,7 +7,7 @@ import numpy as np
 
 from bakery.geometry import harmonics, rotation
 from bakery.geometry.color import LUMA
-from bakery.geometry.fill import diffuse, normalized_blur, smoothstep, soft_limit
+from bakery.geometry.fill import diffuse, normalized_blur, smoothstep, soft_limit, sparse_blur
 from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.sample import bicubic, bilinear
 from bakery.heads.base import HeadModel
@@ -190,7 +190,7 @@ def unwrap_albedo(
     normals = _seen_normals(fit, head, vertices, atlas)
     shade = shading(normals, fit.light)
     on_skin = atlas.paint(np.ones(len(pixels), np.float32))
-    albedo = atlas.paint(reflectance(color, shade))
+    albedo = atlas.paint(np.float32(reflectance(color, shade)))
     slant = atlas.paint(1 - visibility.weight(*GRAZING))
     weight = without_foreign(albedo, atlas.paint(weight), slant, head)
     weight = without_worse(weight, atlas.paint(visibility.cosine), inner_face(head, atlas.size))
@@ -242,7 +242,7 @@ def up_to_hair(mattes: Mattes, head: HeadModel, atlas: Atlas, pixels: np.ndarray
 
 def inner_face(head: HeadModel, size: int, share: float = 0.75) -> np.ndarray:
     """1 well within the face's contour [T, T], 0 from the contour on; `share` is how much of it counts."""
-    return cv2.GaussianBlur(uv_polygon(head, OVAL, share, size), (0, 0), size / 50)
+    return sparse_blur(uv_polygon(head, OVAL, share, size), size / 50)
 
 
 def bearded(albedo: np.ndarray, weight: np.ndarray, head: HeadModel) -> np.ndarray:
