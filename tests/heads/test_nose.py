@@ -7,7 +7,7 @@ from bakery.heads.base import PARTS
 from bakery.heads.build import nose
 from bakery.heads.file import load_head
 from bakery.heads.patch import Patch
-from bakery.landmarks import NOSE_BASE
+from bakery.landmarks import FACE, NOSE_BASE
 
 TIP = 4
 
@@ -63,3 +63,12 @@ def test_texels_stay_in_front_of_what_they_were():
     one, other = (uv[flat.faces[:, k]] - uv[flat.faces[:, 0]] for k in (1, 2))
     area = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
     assert (np.sign(area) == np.sign(area[0])).all()
+
+
+def test_landmarks_are_their_mirror_images():
+    """To 0.01 mm, each to another one or to itself."""
+    head = load_head()
+    points = head.landmarks(head.mean)[:FACE]
+    far = np.linalg.norm((points * [-1, 1, 1])[:, None] - points[None], axis=-1)
+    other = far.argmin(1)
+    assert (other[other] == np.arange(FACE)).all() and far.min(1).max() < 0.02

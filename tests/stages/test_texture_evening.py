@@ -1,5 +1,6 @@
 """Skin in one even tone: light from one side goes, what is the person's own stays."""
 
+import cv2
 import numpy as np
 from numpy.testing import assert_allclose
 
@@ -13,9 +14,10 @@ PLAIN = np.tile(TONE, (SIZE, SIZE, 1))
 ACROSS = np.linspace(-1, 1, SIZE, dtype=np.float32)[None, :, None]
 
 
-def even_out(albedo, known=WHOLE, even=WHOLE, plain=WHOLE, face=WHOLE):
+def even_out(albedo, known=WHOLE, even=WHOLE, plain=WHOLE, face=WHOLE, twice=WHOLE):
     """`evened` of a face of one likely tone."""
-    return evened(albedo.astype(np.float32), known, even, even * known, PLAIN, plain, face, WHOLE)
+    albedo, sure = albedo.astype(np.float32), even * known
+    return evened(albedo, known, even, twice, sure, PLAIN, plain, face, WHOLE)
 
 
 def halves(albedo, margin=16):
@@ -74,6 +76,15 @@ def test_tones_at_a_slant_are_held_closer():
         for name, even in (("square", WHOLE), ("slanting", 0 * WHOLE + 1e-3))
     }
     assert left["square"] < left["slanting"] - 0.03
+
+
+def test_a_half_that_stands_in_for_the_other_is_no_second_witness():
+    """What both halves have darker stays where the photo shows both; else it is held as at a slant."""
+    spot = WHOLE * 0
+    spot[90:150, 40:80] = spot[90:150, -80:-40] = 0.3
+    both = PLAIN * np.exp(-cv2.GaussianBlur(spot, (0, 0), 4))[..., None]
+    seen, stood = (even_out(both, twice=part).lift.max() for part in (WHOLE, 0 * WHOLE))
+    assert seen < 0.08 < 0.11 < stood
 
 
 def test_a_deep_shadow_off_the_face_is_left_to_be_filled_in():
