@@ -57,7 +57,9 @@ def test_texels_stay_in_front_of_what_they_were():
     uv = nose.moved_uv(flat, lifted)
     wanted = np.stack([0.5 + lifted[:, 0] / 200, 0.5 - lifted[:, 1] / 200], 1)
     off = np.linalg.norm(uv - wanted, axis=1) * nose.ATLAS
-    assert off.mean() < 0.5 and off.max() < 6  # texels; the lift is 26, and is smoothed over 8 to 14
+    assert (
+        off.mean() < 0.5 and off.max() < 6
+    )  # texels; the lift is 26, and is smoothed over 8 to 14
     still = lifted[:, 1] == flat.mean[:, 1]
     assert (uv[still] == flat.uv[still]).all()
     one, other = (uv[flat.faces[:, k]] - uv[flat.faces[:, 0]] for k in (1, 2))
