@@ -17,6 +17,7 @@ from bakery.stages.texture.complete import (
     OBSERVED,
     complete,
     faded,
+    nose_sides,
     with_mirror,
 )
 from bakery.stages.texture.correlations import (
@@ -302,3 +303,15 @@ def test_folds_that_nobody_saw_are_dark(head, atlas, face):
     assert np.median(ratio[deep]) < 0.5 and abs(np.median(ratio[bare]) - 1) < 0.1
     seen = face.reshape(-1)[index] > 0.99
     assert abs(np.median(ratio[seen]) - 1) < 1e-3
+
+
+def test_a_shadow_on_the_side_of_a_nose_is_filled_in(head, atlas, face):
+    """It is narrow, and its edge along the ridge would stay as detail. What is a little darker stays."""
+    side = (nose_sides(head, SIZE) > 0.5) & (np.arange(SIZE) > SIZE / 2)
+    inside = cv2.erode(side.astype(np.uint8), np.ones((7, 7))) > 0
+    assert inside.sum() > 100
+    for darker, least, most in ((0.5, 0.75, 1.1), (0.9, 0.87, 0.96)):
+        albedo = grainy(0.02)
+        albedo[side] *= darker
+        made = complete(partial_of(albedo, face, atlas), head, head.mean, atlas, "quick")
+        assert least < np.median((made.albedo / TONE)[inside]) < most

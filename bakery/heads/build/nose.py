@@ -1,9 +1,10 @@
 """The tip of the nose, the nostrils and the columella, where photographs have them.
 
-The landmarks that the default head is learned from lie on ridge, wings and lip. They leave the lower end
-of the nose to the source's mean, which hangs: in photographs of 14 people the nostrils lie at -36.6 mm
-(median; -36.4 in the mean colours of the people that the skin database was learned of), and on the head
-they lay at -40.4. So nostrils were painted beside the tip, and the lip's skin on the columella.
+The search for the head's landmarks begins with landmark 1 on the foremost point of the nose
+(`heads.embed.START`). On faces that is landmark 4, some 6 mm above, and the pitch of all fits made up for
+it. In photographs of 14 people the nostrils lie at -36.6 mm (median; -36.4 in the mean colours of the
+people that the skin database was learned of), and on the head they lay at -40.4: they were painted beside
+the tip, and the lip's skin on the columella.
 """
 
 from dataclasses import replace
@@ -24,21 +25,14 @@ ACROSS = (19.0, 2.0)  # mm from the midline, where it ends, and up to which it i
 ABOVE, BELOW = (30.0, 4.0), (-19.0, -10.5)  # mm over the tip, the same
 BRIDGE = 3.2  # mm by which the bridge comes forward at most
 BRIDGE_ACROSS = (11.0, 2.0)  # mm, as ACROSS
-BRIDGE_UP = (
-    26.0,
-    7.0,
-)  # mm over the tip: where it does most, and over how much (standard deviation)
+BRIDGE_UP = 26.0, 7.0  # mm over the tip: where it does most, and its standard deviation
 PER_MM = 12  # pixels of the picture in which the surface is looked up
 HOLE = 3.0  # mm that a place lies behind those around: the inside of a nostril
 AROUND = 6.0  # mm, how wide a nostril is at most
 REACH = 34.0  # mm around the tip that the picture holds
 ATLAS = 1024  # texels on a side
-SMOOTH = (
-    14.0,
-    12.0,
-    10.0,
-    8.0,
-)  # of them: the move is smoothed so, in turns that make up what is left
+# Widths of the blurs of the move on the atlas, texels: each turn makes up for what the last one left.
+SMOOTH = 14.0, 12.0, 10.0, 8.0
 FACING, NEAR = 0.25, 0.7  # cosine, and mm: a vertex that the front shows
 
 
