@@ -84,7 +84,7 @@ def test_a_half_that_stands_in_for_the_other_is_no_second_witness():
     spot[90:150, 40:80] = spot[90:150, -80:-40] = 0.3
     both = PLAIN * np.exp(-cv2.GaussianBlur(spot, (0, 0), 4))[..., None]
     seen, stood = (even_out(both, twice=part).lift.max() for part in (WHOLE, 0 * WHOLE))
-    assert seen < 0.08 < 0.11 < stood
+    assert seen < 0.01 < 0.03 < stood  # the wide field, which is the skin's own, has the rest
 
 
 def test_a_deep_shadow_off_the_face_is_left_to_be_filled_in():

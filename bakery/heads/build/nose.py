@@ -20,10 +20,10 @@ from bakery.heads.base import PARTS
 from bakery.heads.build.wheel import Raw
 from bakery.heads.patch import Patch
 
-LIFT = 5.0  # mm at the midline
+LIFT = 3.2  # mm at the midline
 ACROSS = (19.0, 2.0)  # mm from the midline, where it ends, and up to which it is whole
 ABOVE, BELOW = (30.0, 4.0), (-19.0, -10.5)  # mm over the tip, the same
-BRIDGE = 3.2  # mm by which the bridge comes forward at most
+BRIDGE = 2.5  # mm by which the bridge comes forward at most
 BRIDGE_ACROSS = (11.0, 2.0)  # mm, as ACROSS
 BRIDGE_UP = 26.0, 7.0  # mm over the tip: where it does most, and its standard deviation
 PER_MM = 12  # pixels of the picture in which the surface is looked up

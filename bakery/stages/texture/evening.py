@@ -27,7 +27,7 @@ BOTH_SLANTING, ONE_SLANTING = (0.06, 0.03), (0.03, 0.01)
 # The same of the field against the face's mean, on the face and beside it.
 FACE, BESIDE = (3.0, 2.0), (0.05, 0.05)
 # The same of the field itself, against what is likely: people's cheeks and chins differ less in colour.
-FIELD = (0.1, 0.05)
+FIELD, FIELD_BESIDE = (3.0, 0.08), (0.1, 0.05)
 DARKER = 3.5  # log of what a shadow takes away, at most
 LOST = (0.5, 0.9)  # log lost to shadow off the face: detail stays up to it, and none beyond
 EDGE = (0.2, 0.4)  # log of what is lifted, over FINE: a shadow's edge, which is filled in
@@ -83,7 +83,7 @@ def evened(
     inside = (weight * face + UNSEEN * on_skin)[..., None]
     field = _field(np.clip(low - log_of(both), -DARKER, DARKER), weight, on_skin)
     level = (field * inside).sum((0, 1)) / inside.sum()
-    field = level + _held(field - level, FIELD, face, FIELD)
+    field = level + _held(field - level, FIELD, face, FIELD_BESIDE)
     log = np.log(both) + field
     mean = (log * inside).sum((0, 1)) / inside.sum()
     base = np.exp(mean + _held(log - mean, FACE, face, BESIDE))
