@@ -17,7 +17,6 @@ from bakery.stages.texture.complete import (
     OBSERVED,
     complete,
     faded,
-    nose_sides,
     with_mirror,
 )
 from bakery.stages.texture.correlations import (
@@ -227,7 +226,7 @@ def test_a_cast_shadow_goes_and_leaves_no_border(head, atlas, face):
     before, after = (
         complete(partial, head, head.mean, atlas, "quick").albedo for partial in (plain, shaded)
     )
-    assert np.median((before / TONE)[inside]) < 0.51  # as much as the shadow was
+    assert np.median((before / TONE)[inside]) < 0.5
     assert 0.85 < np.median((after / TONE)[inside]) < 1.1
     # Likely lips come with the tone: grain is what is finer than they.
     fine = [
@@ -303,15 +302,3 @@ def test_folds_that_nobody_saw_are_dark(head, atlas, face):
     assert np.median(ratio[deep]) < 0.5 and abs(np.median(ratio[bare]) - 1) < 0.1
     seen = face.reshape(-1)[index] > 0.99
     assert abs(np.median(ratio[seen]) - 1) < 1e-3
-
-
-def test_a_shadow_on_the_side_of_a_nose_is_filled_in(head, atlas, face):
-    """It is narrow, and its edge along the ridge would stay as detail. What is a little darker stays."""
-    side = (nose_sides(head, SIZE) > 0.5) & (np.arange(SIZE) > SIZE / 2)
-    inside = cv2.erode(side.astype(np.uint8), np.ones((7, 7))) > 0
-    assert inside.sum() > 100
-    for darker, least, most in ((0.35, 0.6, 1.1), (0.8, 0.75, 0.9)):
-        albedo = grainy(0.02)
-        albedo[side] *= darker
-        made = complete(partial_of(albedo, face, atlas), head, head.mean, atlas, "quick")
-        assert least < np.median((made.albedo / TONE)[inside]) < most

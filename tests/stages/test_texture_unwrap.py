@@ -8,7 +8,6 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 from bakery.geometry import harmonics
-from bakery.geometry.fill import soft_limit
 from bakery.geometry.mesh import vertex_normals
 from bakery.landmarks import BROWS, CHIN, EYE_LEFT, EYE_RIGHT, LIPS_INNER
 from bakery.stages.atlas import make_atlas
@@ -16,6 +15,7 @@ from bakery.stages.texture.hair import Mattes
 from bakery.stages.texture.shadows import penumbra
 from bakery.stages.texture.unwrap import (
     AHEAD,
+    BEYOND,
     CONTRAST,
     FALLOFF,
     KEPT,
@@ -156,8 +156,14 @@ def test_light_falls_off_no_further_beside_the_face(head):
     square = atlas.paint(atlas.at(vertex_normals(head.mean, head.faces))[:, 2]) > 0.85
     middle = (inner_face(head, 256, 1.0) > 0.99) & square
     assert middle.any()
-    kept = np.exp(soft_limit(np.log(shade), KEPT))
-    assert_allclose(light[middle], kept[middle], rtol=1e-5)
+    assert np.abs(np.log(shade[middle])).max() < KEPT
+    assert_allclose(light[middle], shade[middle], rtol=1e-5)
+    harsh = SimpleNamespace(camera=ahead, light=one_lamp(70, ambient=0.05))
+    log = np.log(atlas.paint(photo_shade(harsh, head, head.mean, atlas), 1)[middle])
+    kept = np.log(photo_light(harsh, head, head.mean, atlas)[middle])
+    dark = np.abs(log) > KEPT
+    assert dark.any() and (np.abs(kept) < KEPT + BEYOND).all()
+    assert (np.abs(kept) < np.abs(log))[dark].all()
     sides = on_skin & (inner_face(head, 256, 1.0) < 0.01)
     dark = sides & (np.log(shade[..., 0]) < -0.5)
     assert dark.any()

@@ -19,7 +19,6 @@ from bakery.heads.build.control import (
     triangles_of,
 )
 from bakery.heads.build.lips import press_lips, round_lips, shrug_upper
-from bakery.heads.build.nose import moved_uv, with_lifted_nose
 from bakery.heads.build.orbit import lay_lids
 from bakery.heads.build.subdivide import refine
 from bakery.heads.build.teeth import LOWER, UPPER, Arch, affine_carry, gum, row_of_teeth
@@ -208,12 +207,7 @@ def balls_of(raw):
 
 
 def prepare(raw, known):
-    """The control mesh that is built: `hanging`, with the nose where photos have it."""
-    return with_lifted_nose(hanging(raw, known))
-
-
-def hanging(raw, known):
-    """The control mesh but for its nose: two like sides, closed lips, the learned prior and shapes.
+    """The control mesh that is built: two like sides, closed lips, the learned prior and shapes.
 
     Args:
         raw: Raw; known: what `heads.learn` found, a mapping; may be empty.
@@ -242,10 +236,8 @@ def build(raw, boxes=flatten.BOXES, known=None):
         HeadModel.
     """
     known = known_landmarks("makehuman") if known is None else known
-    plain = hanging(raw, known)
-    raw = with_lifted_nose(plain)
+    raw = prepare(raw, known)
     body, lips = flesh(raw)
-    body = replace(body, uv=moved_uv(flesh(plain)[0], body.mean))
     balls = balls_of(raw)
     body = lay_lids(body, balls)
     patches = [body]

@@ -33,16 +33,6 @@ FAR_TONE = 0.003  # how strongly unseen skin leans to what is likely, against it
 SHARED = 0.05  # weight that both halves must reach somewhere before their colours are compared
 FADE = 1 / 60  # of the atlas's side, blur of the borders of what is known off the face
 MUCOSA = np.array([0.92, 0.66, 0.68], np.float32)  # wet inside of the lips over their outside
-# Sides of a nose, and log by which they are darker than is likely: to the first they are kept, from the
-# second on they are filled in. A shadow there is as narrow as they are, and has an edge along the ridge.
-NOSE_SIDES = (
-    np.array([193, 245, 114, 47, 49, 131, 134, 51, 3, 196]),
-    np.array([417, 465, 343, 277, 279, 360, 363, 281, 248, 419]),
-)
-# The lower end of a nose; how open a nostril's rim and inside are; log by which the latter is darker.
-NOSE_BELOW = np.array([5, 281, 279, 327, 164, 98, 49, 51])
-NOSTRIL, NOSTRIL_DARK = (0.75, 0.5), 1.6
-NOSE_SHADE = (0.5, 0.9)
 GRAIN_WAVELENGTHS = (0.9, 1.8, 3.6)  # mm; pores to small blotches
 
 
@@ -92,7 +82,6 @@ def complete(
         likely = likely_tone(alike(joined, sure), sure, head, atlas, database)
         gap = darkness(likely, joined, known * partial.plain)
         kept = (1 - leak(gap)) * (1 - odd(gap) * (1 - face))
-        kept = kept * (1 - smoothstep(*NOSE_SHADE, gap) * nose_sides(head, atlas.size))
         even = even * (1 - smoothstep(*LIKELY, gap))
         known, sure = known * kept, trusted * even * kept
         likely = likely_tone(alike(joined, sure), sure, head, atlas, database)
@@ -116,9 +105,8 @@ def complete(
     )
     inferred = base * (1 - (1 - MUCOSA) * inner_lips[..., None])
     if method != "none":  # within the face likely tones have the shade of their folds
-        open_to = atlas.at(openness(head, vertices)[:, None])[:, 0]
-        inferred *= 1 + (atlas.paint(shade_of(open_to), 1) - 1) * (1 - face[..., None])
-        inferred *= np.exp(-nostrils(head, atlas, open_to))[..., None]
+        folds = shade_of(atlas.at(openness(head, vertices)[:, None])[:, 0])
+        inferred *= 1 + (atlas.paint(folds, 1) - 1) * (1 - face[..., None])
     share = faded(np.clip(known, 0, 1), face)[..., None]
     source = np.select(
         [on_skin == 0, seen >= 0.5, known >= 0.5], [0, OBSERVED, MIRRORED], INFERRED
@@ -127,23 +115,6 @@ def complete(
     if method == "synthesize" and wanted is not None:
         albedo = _at_density(albedo, 1 - share[..., 0], on_skin, wanted, head, windows)
     return CompleteAlbedo(albedo, source, tone, lift)
-
-
-def nostrils(head: HeadModel, atlas: Atlas, open_to: np.ndarray) -> np.ndarray:
-    """Log [T, T] float32 by which the inside of the nostrils is darker than a face's skin.
-
-    Args:
-        open_to: [N] of `occlusion.openness`, at the texels of the atlas.
-    """
-    around = uv_polygon(head, NOSE_BELOW, 1.0, atlas.size)
-    inside = atlas.paint(np.float32(smoothstep(*NOSTRIL, open_to))) * around
-    return NOSTRIL_DARK * cv2.GaussianBlur(inside, (0, 0), atlas.size / 600)
-
-
-def nose_sides(head: HeadModel, size: int) -> np.ndarray:
-    """1 on the sides of the nose [T, T] float32, with soft borders."""
-    mask = np.maximum(*(uv_polygon(head, ring, 1.1, size) for ring in NOSE_SIDES))
-    return cv2.GaussianBlur(mask, (0, 0), size / 170)
 
 
 def _at_density(
