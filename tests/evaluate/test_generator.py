@@ -111,9 +111,9 @@ def test_groups(result):
 
 def test_a_change_that_is_none_is_lent_as_none(twins, head):
     delta = generator.smile_delta(twins, head)
-    # The same photo twice: what is left is the unwrapping and drawing of the texture, and the light of
-    # the lamp that an avatar keeps less of (`unwrap.KEPT`): 0.01 without that.
-    assert np.abs(np.median(delta)) < 0.04
+    # The same photo twice: what is left is the unwrapping and drawing of the texture. 0.0105, 0.009
+    # before tones at a slant were held closer.
+    assert np.abs(np.median(delta)) < 0.012
 
 
 def test_who_looks_alike(twins):

@@ -15,10 +15,8 @@ from bakery.stages.texture.hair import Mattes
 from bakery.stages.texture.shadows import penumbra
 from bakery.stages.texture.unwrap import (
     AHEAD,
-    BEYOND,
     CONTRAST,
     FALLOFF,
-    KEPT,
     bearded,
     inner_face,
     open_lids,
@@ -145,7 +143,7 @@ def test_the_far_side_of_a_nose_is_left_to_the_near_one():
 
 
 def test_light_falls_off_no_further_beside_the_face(head):
-    """What faces the camera is lit as in the photo, less contrasty; ears hardly less than the face's rim."""
+    """What faces the camera is as lit as in the photo; ears hardly less than the rim of the face."""
     ahead = Camera(1000.0, np.full(2, 256.0), np.zeros(3), np.array([0, 0, -600.0]), 512, 512)
     fit = SimpleNamespace(camera=ahead, light=one_lamp(20, ambient=0.3))
     atlas = make_atlas(head, 256).take("skin")
@@ -156,14 +154,7 @@ def test_light_falls_off_no_further_beside_the_face(head):
     square = atlas.paint(atlas.at(vertex_normals(head.mean, head.faces))[:, 2]) > 0.85
     middle = (inner_face(head, 256, 1.0) > 0.99) & square
     assert middle.any()
-    assert np.abs(np.log(shade[middle])).max() < KEPT
     assert_allclose(light[middle], shade[middle], rtol=1e-5)
-    harsh = SimpleNamespace(camera=ahead, light=one_lamp(70, ambient=0.05))
-    log = np.log(atlas.paint(photo_shade(harsh, head, head.mean, atlas), 1)[middle])
-    kept = np.log(photo_light(harsh, head, head.mean, atlas)[middle])
-    dark = np.abs(log) > KEPT
-    assert dark.any() and (np.abs(kept) < KEPT + BEYOND).all()
-    assert (np.abs(kept) < np.abs(log))[dark].all()
     sides = on_skin & (inner_face(head, 256, 1.0) < 0.01)
     dark = sides & (np.log(shade[..., 0]) < -0.5)
     assert dark.any()

@@ -23,8 +23,6 @@ AHEAD = np.array([[0, 0, 1], [-0.8, 0, 0.6], [0.8, 0, 0.6], [0, -0.8, 0.6], [0, 
 SLANTING = (75.0, 55.0)  # degrees from which on tones are not believed, and up to which they are
 SQUARE = (0.45, 0.75)  # cosine to the line of sight, from which the photo's light is kept
 FALLOFF = 0.1  # log of light, beyond the rim at most
-# Log of light over that of a frontal normal: kept as it is, and by how much it goes beyond at most.
-KEPT, BEYOND = 0.25, 0.15
 MIDDLE = 0.55  # of the face's contour: within, sockets and sides of a nose are dark by nature, and believed
 PALER = 0.6  # log of red over blue: skin of one face, in all its parts, differs less
 GRAZING = (75.0, 45.0)  # degrees: from the second on the light behind a head may glare on its skin
@@ -89,8 +87,7 @@ def photo_shade(fit: Fit, head: HeadModel, vertices: np.ndarray, atlas: Atlas) -
 def photo_light(fit: Fit, head: HeadModel, vertices: np.ndarray, atlas: Atlas) -> np.ndarray:
     """What an avatar keeps of a photo's light: [T, T, 3] float32, 1 off the atlas; arguments as above.
 
-    Where the photo sees the face squarely that is its shading, less contrasty: nobody wants half a face in
-    the dark. Beside it light falls off further: a thin
+    Where the photo sees the face squarely that is its shading. Beside it light falls off further: a thin
     rim in the photo, a dull cheek when the avatar turns. There the light at the rim goes on, with FALLOFF.
     """
     normals = _seen_normals(fit, head, vertices, atlas)
@@ -100,8 +97,6 @@ def photo_light(fit: Fit, head: HeadModel, vertices: np.ndarray, atlas: Atlas) -
 def _held_light(shade, cosine, head, atlas):
     """`photo_light` [T, T, 3] of shading [N, 3] and the cosine [N] to the line of sight, on an atlas."""
     gray = np.log(np.maximum(shade[:, 0], 1e-3))
-    kept = np.clip(gray, -KEPT, KEPT)
-    gray = kept + soft_limit(gray - kept, BEYOND)
     log, on_skin = (atlas.paint(np.float32(x)) for x in (gray, np.ones(len(gray))))
     square = atlas.paint(np.float32(smoothstep(*SQUARE, cosine)))
     square *= inner_face(head, atlas.size, 1.0)
