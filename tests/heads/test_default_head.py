@@ -8,6 +8,7 @@ from bakery.heads import embed
 from bakery.heads.base import PARTS, PROXIES, weights
 from bakery.heads.file import BUILT_IN, load_head
 from bakery.heads.report.numbers import atlas_stretch, face_texels
+from bakery.landmarks import FACE
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
 SIZE = 1024
@@ -70,6 +71,14 @@ def test_landmarks_are_mirrored_and_in_order(head):
     assert points[10, 1] > points[1, 1] > points[13, 1] > points[17, 1] > points[152, 1]
     assert abs(points[13, 1] - points[14, 1]) < 1.5, "closed lips meet"
     assert abs(points[1, 0]) < 0.2 and points[1, 2] > points[:, 2].max() - 1
+
+
+def test_every_landmark_has_its_mirror_image(head):
+    """To 0.01 mm, another one or itself: one that lies wrong changes no figure of a fit, and is found here."""
+    points = head.landmarks(head.mean)[:FACE]
+    far = np.linalg.norm((points * [-1, 1, 1])[:, None] - points[None], axis=-1)
+    other = far.argmin(1)
+    assert (other[other] == np.arange(FACE)).all() and far.min(1).max() < 0.01
 
 
 def test_its_profile_is_the_mean_one(head):
