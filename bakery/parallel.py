@@ -43,14 +43,8 @@ def both(first: Callable[[], Item], second: Callable[[], Result]) -> tuple[Item,
     It never waits for a thread that is busy with somebody else's work. Errors are those of the first
     before those of the second.
     """
-    task = _helper().submit(second)
-    try:
-        one = first()
-    except BaseException:
-        if not task.cancel():
-            task.exception()
-        raise
-    return one, second() if task.cancel() else task.result()
+    with beside(second) as other:
+        return first(), other()
 
 
 @contextmanager

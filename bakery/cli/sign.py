@@ -64,6 +64,7 @@ def verify(given, trust, as_json):
     Without --trust a signature is checked for itself: anybody may have made it in any name.
     """
     from bakery.export.signed import verify_bundle
+    from bakery.formats.mark import type_name
     from bakery.formats.signing import check_file, read_anchors
 
     anchors = read_anchors(trust) if trust else b""
@@ -74,7 +75,7 @@ def verify(given, trust, as_json):
         "signed by": ", ".join(filter(None, (said.by, said.organisation))),
         "trusted": ("yes" if said.trusted else "no") if trust else "not asked; see --trust",
         "made by": said.generator,
-        "source type": ", ".join(url.rsplit("/", 1)[-1] for url in said.source_types),
+        "source type": ", ".join(map(type_name, said.source_types)),
     }
     if as_json:
         click.echo(json.dumps(table, indent=2))

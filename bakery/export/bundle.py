@@ -12,6 +12,7 @@ from bakery.export.layout import PICTURES, ROLES, WEB, gaze_parts, mouth_grid, m
 from bakery.formats import exr, record
 from bakery.formats.exr_header import parse_header
 from bakery.formats.files import digest, digest_file, read_bytes, write_bytes
+from bakery.formats.mark import type_name
 from bakery.formats.place import MANIFEST, SIGNATURE
 from bakery.types import EXPRESSIONS, Textures
 
@@ -258,7 +259,7 @@ def summary(folder, manifest):
         "resolution": resolution,
         "head": manifest["head"]["name"],
         "generator": manifest["provenance"]["generator"],
-        "source type": manifest["provenance"]["digitalSourceType"].rsplit("/", 1)[-1],
+        "source type": type_name(manifest["provenance"]["digitalSourceType"]),
         "consent": manifest["provenance"].get("consent", {}).get("statement", "none"),
         "signature": SIGNATURE if (Path(folder) / SIGNATURE).is_file() else "none",
         "keys": [key["name"] for key in manifest["keys"]],

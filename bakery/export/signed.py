@@ -17,7 +17,7 @@ from bakery.export.validate import file_problems
 from bakery.formats import jumbf, signing
 from bakery.formats.files import read_bytes, write_bytes
 from bakery.formats.ingredient import MADE_BY_AI
-from bakery.formats.mark import of_manifest
+from bakery.formats.mark import of_manifest, type_name
 from bakery.formats.place import MANIFEST, SIGNATURE, staged
 from bakery.formats.signing import Credentials, Signed
 
@@ -44,7 +44,7 @@ def write_signature(folder: Path, manifest: dict, credentials: Credentials) -> N
     if mark is None:
         raise BundleError(f"{folder}: does not say how it was made; make the bundle again")
     said = manifest["provenance"].get("ingredients", [])
-    types = [url for one in said for url in _types(one) if url.rsplit("/", 1)[-1] in MADE_BY_AI]
+    types = [url for one in said for url in _types(one) if type_name(url) in MADE_BY_AI]
     data = read_bytes(folder / MANIFEST)
     store = signing.sign_beside(data, mark, credentials, sorted(set(types)))
     write_bytes(folder / SIGNATURE, store)

@@ -6,6 +6,7 @@ says, and no more. Names, places and times that stand beside it are not taken ov
 Sources: IPTC, "Digital Source Type NewsCodes"; Adobe, "XMP Specification Part 1".
 """
 
+import contextlib
 import os
 import re
 import struct
@@ -13,9 +14,9 @@ import zlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from bakery.formats import jumbf
+from bakery.formats import jumbf, mp4
 from bakery.formats.files import digest, digest_file, read_bytes
-from bakery.formats.mark import IPTC, MATROSKA, MOST, NAMESPACES, SOURCE, matroska_tag
+from bakery.formats.mark import IPTC, MATROSKA, MOST, NAMESPACES, SOURCE, matroska_tag, type_name
 from bakery.types import Ingredient
 
 EXTENSION = re.escape(NAMESPACES["Iptc4xmpExt"]).encode()
@@ -81,7 +82,7 @@ def read_around(path: str | Path) -> bytes:
 def says_ai(found: Ingredient | None) -> str:
     """The name of the source type by which an input says that AI made it, "" if it does not."""
     urls = () if found is None else (found.source_type, *found.claimed)
-    names = [url.rsplit("/", 1)[-1] for url in urls]
+    names = map(type_name, urls)
     return next((name for name in names if name in MADE_BY_AI), "")
 
 
@@ -133,22 +134,16 @@ def _packets(data: bytes) -> Iterator[bytes]:
 
 def _around_pictures(path):
     """The boxes of an MP4 or MOV file that may hold a mark, MOST bytes of them."""
-    left, whole = MOST, os.path.getsize(path)
-    with open(path, "rb") as file:
-        while file.tell() + 8 <= whole and left > 0:
-            start = file.tell()
-            size, kind = struct.unpack(">I4s", file.read(8))
-            if size == 1:
-                (size,) = struct.unpack(">Q", file.read(8).ljust(8, b"\0"))
-            if size == 0 or start + size > whole:
-                size = whole - start
-            if size < 8:
+    left = MOST
+    with open(path, "rb") as file, contextlib.suppress(struct.error):
+        for kind, at, header, size in mp4.file_boxes(file):
+            if size < header or left <= 0:
                 return
-            file.seek(start)
             if kind != b"mdat":
-                yield file.read(min(size, left))
-                left -= size
-            file.seek(start + size)
+                file.seek(at)
+                piece = file.read(min(size, left))
+                left -= len(piece)
+                yield piece
 
 
 def _known(text):

@@ -19,11 +19,8 @@ from bakery.formats import cbor, mp4
 
 STORE = b"jumdc2pa\x00\x11\x00\x10\x80\x00\x00\xaa\x00\x38\x9b\x71"  # how each store's description begins
 IN_MP4 = bytes.fromhex("d8fec3d61b0e483c92975828877ec481")
-UNSIGNED = {
-    b"free",
-    b"skip",
-    b"mfra",
-}  # boxes of MP4 that a C2PA hash leaves out; bakery writes none
+# Boxes of MP4 that a C2PA hash leaves out; bakery writes none.
+UNSIGNED = {b"free", b"skip", b"mfra"}
 APP11, COMMON = b"\xff\xeb", b"JP"  # segment of JPEG, and what says that JUMBF is in it
 INSTANCE = 0x0211  # number of the box in JPEG, as c2pa-rs writes it
 SEGMENT = 60_000  # bytes of a store that stand in one segment of JPEG; bakery's have about 5,000

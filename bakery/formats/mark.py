@@ -117,6 +117,11 @@ def packet(
     return PACKET.format(spaces=spaces, body="\n".join(lines))
 
 
+def type_name(url: str) -> str:
+    """The name of a digital source type without the list that it stands in."""
+    return url.rsplit("/", 1)[-1]
+
+
 def named(found: Ingredient) -> str:
     """The source type that an input names for itself, a URL; "" if it names none."""
     return next((url for url in (found.source_type, *found.claimed) if url), "")
@@ -275,9 +280,8 @@ def matroska_tag(data: bytes, name: str) -> str:
     at = data.find(name.encode() + b"\x44\x87") + len(name) + 2
     if at < len(name) + 2 or not data[at : at + 1].strip(b"\0"):
         return ""
-    more = (
-        8 - data[at].bit_length()
-    )  # bytes of the length behind its first one, whose top bit says so
+    # Bytes of the length behind its first one, whose top bit says so.
+    more = 8 - data[at].bit_length()
     size = int.from_bytes(data[at : at + 1 + more], "big") - (1 << 7 * (more + 1))
     return data[at + 1 + more : at + 1 + more + size].decode("utf-8", "replace")
 

@@ -120,27 +120,37 @@ def _indexed(path):
     return [track for track in tracks if track is not None]
 
 
+def file_boxes(file):
+    """(type, start, bytes of its header, bytes of all) of the boxes of an open file, by their headers.
+
+    The last may reach beyond the file, or be shorter than its header; a cut one is a struct.error.
+    """
+    whole, at = os.fstat(file.fileno()).st_size, 0
+    while at + 8 <= whole:
+        file.seek(at)
+        head = file.read(16)
+        (size, kind), header = struct.unpack(">I4s", head[:8]), 8
+        if size == 1:
+            size, header = struct.unpack(">Q", head[8:16])[0], 16
+        size = whole - at if size == 0 else size
+        yield kind, at, header, size
+        if size < header:
+            return
+        at += size
+
+
 def _index(path):
     """What is in the `moov` box of a file; the pictures themselves are not read."""
-    size = os.path.getsize(path)
+    whole = os.path.getsize(path)
     with open(path, "rb") as file:
-        at = 0
-        while at + 8 <= size:
-            file.seek(at)
-            head = file.read(16)
-            length, kind = struct.unpack(">I4s", head[:8])
-            body = 8
-            if length == 1:
-                length, body = struct.unpack(">Q", head[8:16])[0], 16
-            length = size - at if length == 0 else length
-            if length < body or at + length > size:
+        for kind, at, header, size in file_boxes(file):
+            if size < header or at + size > whole:
                 raise ValueError("truncated")
             if kind == b"moov":
-                if length > LARGEST_INDEX:
+                if size > LARGEST_INDEX:
                     raise ValueError("its index is too large")
-                file.seek(at + body)
-                return file.read(length - body)
-            at += length
+                file.seek(at + header)
+                return file.read(size - header)
     raise ValueError("it has no index")
 
 

@@ -48,9 +48,8 @@ NOMINAL = (
 )  # pixels a mm of a frame of 512 pixels, at which the network was trained
 ZOOMS = (0.87, 1.15)  # scales over NOMINAL that are taken as they are; training varied them by 12%
 ROUNDED = 0.02  # of a side by which a picture that is resized anyway may be off to need no padding
-BESIDE = (
-    8  # pixels around eyes and mouth that are painted with them: who samples them blurs a little
-)
+# Pixels around eyes and mouth that are painted with them: who samples them blurs a little.
+BESIDE = 8
 PHOTO_RATIO = 0.78  # of the side of Subject.photo that the height of the landmarks takes
 
 

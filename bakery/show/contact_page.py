@@ -13,16 +13,15 @@ from pathlib import Path
 from urllib.parse import quote
 
 from bakery.bake.batch import Outcome, summary
+from bakery.export.layout import PREVIEW
 from bakery.formats.files import write_bytes
 from bakery.formats.mark import MIXED, page_head
 from bakery.show.page import allowed
 
 log = logging.getLogger(__name__)
 NAME = "index.html"
-MARK = (
-    '<meta name="generator" content="bakery '  # by it a page is known as ours; `page_head` has it
-)
-PREVIEW = "preview.png"
+# By it a page is known as ours; `page_head` has it.
+MARK = '<meta name="generator" content="bakery '
 ORDER = ("failed", "warned", "baked", "fresh")
 STYLE = """
 body{font:15px/1.4 system-ui,sans-serif;margin:1.5rem;background:#161616;color:#ddd}

@@ -146,7 +146,7 @@ def _web_files(folder, manifest, derive):
 
 def _facts(manifest):
     """What the page tells about the bundle: pairs of text."""
-    source = manifest["provenance"]["digitalSourceType"].rsplit("/", 1)[-1]
+    source = mark.type_name(manifest["provenance"]["digitalSourceType"])
     warnings = "; ".join(plain(found["message"]) for found in manifest["warnings"]) or "none"
     return [
         ["Made by", plain(manifest["asset"]["generator"])],

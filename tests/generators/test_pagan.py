@@ -150,6 +150,14 @@ def target():
     return head, condition(head, neutral, texture, expression, (0.0, 0.0), camera)
 
 
+@pytest.fixture
+def generator():
+    """A network of random weights, folded as in use."""
+    folded = UNet(TINY, folded=True)
+    folded.load_state_dict(fold(random_network()))
+    return pagan.PaganGenerator(folded, half=False)
+
+
 class Observation:
     """The fields of a Subject that the network looks at."""
 
@@ -158,11 +166,8 @@ class Observation:
         self.neutral, self.light, self.light_rotation = head.mean, np.ones((9, 3)), np.eye(3)
 
 
-def test_generated_picture_is_what_its_parts_say(target):
+def test_generated_picture_is_what_its_parts_say(target, generator):
     head, conditions = target
-    folded = UNet(TINY, folded=True)
-    folded.load_state_dict(fold(random_network()))
-    generator = pagan.PaganGenerator(folded, half=False)
     photo = np.full((512, 512, 3), 90, np.uint8)
     made = generator.generate(Observation(head, photo), conditions, interior_only=True)
     alpha = made.alpha[..., None]
@@ -176,12 +181,9 @@ def test_generated_picture_is_what_its_parts_say(target):
     assert_allclose(made.ratio[skin], 1)
 
 
-def test_interior_alone_is_painted_as_in_the_whole(target):
+def test_interior_alone_is_painted_as_in_the_whole(target, generator):
     """Eyes and mouth to the bit; skin stays as it is, and all of it where neither is seen."""
     head, conditions = target
-    folded = UNet(TINY, folded=True)
-    folded.load_state_dict(fold(random_network()))
-    generator = pagan.PaganGenerator(folded, half=False)
     subject = Observation(head, np.full((512, 512, 3), 90, np.uint8))
     made = generator.generate(subject, conditions, interior_only=True)
     log_ratio, shade, color, alpha = generator.share(subject, conditions)
@@ -198,12 +200,9 @@ def test_interior_alone_is_painted_as_in_the_whole(target):
     assert made.alpha.max() == 0 and made.ratio.min() == made.ratio.max() == 1
 
 
-def test_the_networks_share_is_the_training_picture(target):
+def test_the_networks_share_is_the_training_picture(target, generator):
     """What training minimises is the picture that inference makes."""
     head, conditions = target
-    folded = UNet(TINY, folded=True)
-    folded.load_state_dict(fold(random_network()))
-    generator = pagan.PaganGenerator(folded, half=False)
     subject = Observation(head, np.full((512, 512, 3), 90, np.uint8))
     log_ratio, light, color, alpha = (
         part[..., None] if part.ndim == 2 else part for part in generator.share(subject, conditions)
@@ -216,7 +215,7 @@ def test_the_networks_share_is_the_training_picture(target):
     stack = input_channels(channels, pagan.aligned_photo(subject, conditions), shade, expressed)
     batch = {k: torch.from_numpy(v.transpose(2, 0, 1)[None].copy()) for k, v in stack.items()}
     with torch.no_grad():
-        change = interpret(folded(network_input(batch)), batch["deformed"].float() / 255)
+        change = interpret(generator.network(network_input(batch)), batch["deformed"].float() / 255)
     whole = channels.face == 255
     picture = colors.to_encoded(np.clip(image, 0, 1))[whole]
     # Bytes of the input and a head that is not exactly 165 mm high.
@@ -269,11 +268,8 @@ def test_a_subject_without_photo_is_a_wrong_call(target):
         generator.generate(Observation(head, None), conditions)
 
 
-def test_other_scales_are_painted_at_the_training_scale():
+def test_other_scales_are_painted_at_the_training_scale(generator):
     """A strip at twice the scale is painted small, and the change is enlarged."""
-    folded = UNet(TINY, folded=True)
-    folded.load_state_dict(fold(random_network()))
-    generator = pagan.PaganGenerator(folded, half=False)
     smooth = {
         name: np.tile(np.linspace(0, 255, 64).astype(np.uint8)[None, :, None], (64, 1, n))
         for name, n in INPUTS.items()
