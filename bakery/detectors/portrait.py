@@ -19,7 +19,8 @@ BODY = (SKIN, BROWS, EYES, LIPS, MOUTH, BEARD, EARS, NECK)
 WEIGHTS = ASSETS / "detectors" / "segmenter.safetensors"
 UNSURE = 255  # label of a pixel that nobody knows the class of
 SIDE = 256  # pixels of the crop
-MARGIN = 2.0  # side of the crop over the face's size, see `frames.FaceFrame`
+MARGIN = 2.1  # side of the crop over the face's size, see `frames.FaceFrame`
+UP = 0.1  # face sizes by which the crop lies higher than the face: tall hair was cut off without
 
 
 def crop_matrix(points: np.ndarray) -> np.ndarray:
@@ -28,4 +29,6 @@ def crop_matrix(points: np.ndarray) -> np.ndarray:
     Args:
         points: [478, 2+] pixels.
     """
-    return frames.crop_matrix(frames.frame_of_points(points), SIDE, MARGIN)
+    matrix = frames.crop_matrix(frames.frame_of_points(points), SIDE, MARGIN)
+    matrix[1, 2] += UP * SIDE / MARGIN
+    return matrix

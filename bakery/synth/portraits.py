@@ -91,9 +91,9 @@ def random_light_and_view(rng, options: PortraitOptions) -> Scene:
         yaw=float(np.clip(rng.normal() * 15, -42, 42)),
         pitch=float(np.clip(rng.normal() * 7, -20, 20)),
         roll=float(np.clip(rng.normal() * 6, -20, 20)),
-        filling=float(rng.uniform(0.5, 0.74)),
+        filling=float(rng.uniform(0.52, 0.68)),
         distance=float(rng.uniform(550, 2400)),
-        middle=(0.5 + rng.normal() * 0.03, 0.47 + rng.normal() * 0.03),
+        middle=(0.5 + rng.normal() * 0.03, 0.5 + rng.normal() * 0.03),
     )  # fmt: skip
     hard = rng.random() < options.hard
     environment = studio_light(

@@ -8,7 +8,7 @@ import pytest
 from bakery.bake import pipeline
 
 SAMPLES = Path(__file__).resolve().parents[2] / "samples"
-SMILES, RESTS = "dalia", "anna"  # one sample smiles, which stays in the neutral texture
+SMILES, RESTS = "dalia", "bela"  # one sample smiles, which stays in the neutral texture
 
 
 def build(bakery, name, out, *more):

@@ -6,8 +6,17 @@ import cv2
 import numpy as np
 import pytest
 
-from bakery.stages.hair import atlas, directions, make_hair
-from bakery.stages.hair.curls import MOST, PATCH, TILE, Curls, curliness, quilt, take_curls
+from bakery.stages.hair import atlas, curls, directions, make_hair
+from bakery.stages.hair.curls import (
+    INNER,
+    MOST,
+    PATCHES,
+    TILE,
+    Curls,
+    curliness,
+    quilt,
+    take_curls,
+)
 from bakery.stages.hair.portrait import look
 from tests.stages.test_hair_volume import bob, fit, head, painted  # noqa: F401
 
@@ -72,12 +81,26 @@ def test_a_pattern_keeps_its_contrast_from_all_sides():
 def test_the_photos_contrast_is_taken_within_limits(head, fit):  # noqa: F811
     for strength, wanted in ((0.5, None), (4.0, MOST)):
         _, _, portrait = portrait_of(strength * blobs(), head, fit, 30)
-        curls = take_curls(portrait)
-        assert len(curls.tile) == pytest.approx(TILE * portrait.scale, abs=PATCH * portrait.scale)
+        taken = take_curls(portrait)
+        assert len(taken.tile) == pytest.approx(
+            TILE * portrait.scale, abs=PATCHES[0] * portrait.scale
+        )
         if wanted:
-            assert curls.tile.std() <= wanted + 1e-3
+            assert taken.tile.std() <= wanted + 1e-3
     few = replace(portrait, hair=portrait.hair * (np.arange(portrait.hair.shape[0]) < 20)[:, None])
     assert take_curls(few) is None
+
+
+def test_a_narrow_border_of_hair_gives_smaller_pieces(head, fit, monkeypatch):  # noqa: F811
+    """None of the large ones would be left inside of it."""
+    _, _, portrait = portrait_of(blobs(), head, fit, 30)
+    rows = np.arange(portrait.hair.shape[0])
+    top = int(np.nonzero(portrait.hair.max(1) > 0.95)[0][0])
+    heights = (top + mm * portrait.scale for mm in np.arange(2 * INNER + 8, 60))
+    borders = (replace(portrait, hair=portrait.hair * (rows < below)[:, None]) for below in heights)
+    narrow = next(border for border in borders if take_curls(border) is not None)
+    monkeypatch.setattr(curls, "PATCHES", PATCHES[:1])
+    assert take_curls(narrow) is None
 
 
 def test_the_back_of_curls_is_curls(head, fit):  # noqa: F811

@@ -5,7 +5,7 @@ import pytest
 
 from bakery.heads.scalp import ear_box, unrolled
 from bakery.landmarks import EYES
-from bakery.stages.hair.portrait import _unlike_backdrop, without_glare
+from bakery.stages.hair.portrait import _unlike_backdrop, _unlike_skin, without_glare
 from bakery.stages.hair.sideburns import sideburns
 from bakery.stages.hair.temples import HEIGHTS, SOFT, Temples, temples_of
 
@@ -192,3 +192,28 @@ def test_white_hair_and_locks_above_the_eyes_stay():
     points[:, 0] = np.linspace(0, 99, len(points))
     points[np.concatenate(EYES), 0] = np.linspace(2, 98, len(np.concatenate(EYES)))
     assert np.array_equal(without_glare(picture, solid, skin, points, 1.0), solid)
+
+
+def _hairline(hair):
+    """Skin below row 60, labelled hair above, 2 pixels a mm; rows 50 to 60 of it show skin: picture, planes."""
+    picture = np.empty((100, 80, 3), np.float32)
+    picture[:50], picture[50:] = hair, (0.8, 0.6, 0.5)
+    skin = np.zeros((100, 80), bool)
+    skin[60:] = True
+    return picture, (~skin).astype(np.float32), skin
+
+
+def test_skin_in_labelled_hair_beside_the_face_is_none():
+    found = _unlike_skin(*_hairline((0.2, 0.15, 0.1)), 2.0)
+    assert found[51:60].max() < 0.05 and found[:50].min() > 0.95
+
+
+def test_fair_hair_beside_the_face_is_not_told_from_skin():
+    found = _unlike_skin(*_hairline((0.72, 0.58, 0.45)), 2.0)
+    assert found.min() > 0.95
+
+
+def test_without_skin_or_hair_nothing_is_taken():
+    picture, hair, skin = _hairline((0.2, 0.15, 0.1))
+    assert _unlike_skin(picture, hair, np.zeros_like(skin), 2.0).min() == 1
+    assert _unlike_skin(picture, np.zeros_like(hair), skin, 2.0).min() == 1

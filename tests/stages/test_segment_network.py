@@ -84,7 +84,9 @@ def test_what_steps_go_by(people):
     for name in ("glasses", "hat"):
         where = result.labels == LABELS.index(name)
         assert where.any() and result.skin[where].max() < 0.5, name
-    assert (result.regions[result.labels == segments.HAT] == segments.CLOTHES).all()
+    hat = result.regions[result.labels == segments.HAT]  # glasses have a margin, also on a brim
+    assert np.isin(hat, (segments.CLOTHES, segments.GLASSES)).all()
+    assert (hat == segments.CLOTHES).mean() > 0.98
     brows = result.regions[result.labels == segments.BROWS]  # a frame may lie over them
     assert np.isin(brows, (segments.SKIN, segments.GLASSES)).all()
     assert (brows == segments.SKIN).mean() > 0.9

@@ -87,6 +87,17 @@ def test_a_half_that_stands_in_for_the_other_is_no_second_witness():
     assert seen < 0.01 < 0.03 < stood  # the wide field, which is the skin's own, has the rest
 
 
+def test_skin_that_is_a_little_doubted_keeps_its_tone():
+    """A bright forehead that is known by four fifths is no border: it was a round dark patch."""
+    place = np.hypot(*(np.mgrid[:SIZE, :SIZE] - SIZE / 2))
+    bright = PLAIN * np.exp(0.3 * np.exp(-((place / (SIZE / 8)) ** 2)))[..., None]
+    doubt = WHOLE - 0.25 * (place < SIZE / 10)
+    off = np.zeros_like(WHOLE)
+    sure = even_out(bright, face=off).albedo
+    doubted = even_out(bright, known=np.float32(doubt), face=off).albedo
+    assert np.abs(np.log(doubted / sure)).max() < 0.03  # 0.1 lower before
+
+
 def test_a_deep_shadow_off_the_face_is_left_to_be_filled_in():
     for level, kept in ((0.2, 0), (0.9, 1)):
         shadow = np.where(np.abs(ACROSS) < 0.3, level, 1)

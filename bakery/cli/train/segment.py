@@ -62,11 +62,14 @@ def segment(bank, real, run, device, minutes, teacher, settings):
 @click.command("segment-export", cls=options.Command)
 @click.argument("run", type=folder)
 @click.option("-o", "--output", required=True, type=folder, help=".safetensors to write.")
+@click.option(
+    "--mean-with", "weights", type=folder, help="Weights whose mean with the run's is written."
+)
 @options.overwrite
-def segment_export(run, output, overwrite):
+def segment_export(run, output, weights, overwrite):
     """Write the averaged weights of a RUN of `train segment` as they ship."""
     from bakery.train.segment import export
 
     options.may_write(output, overwrite)
-    export(run, output)
+    export(run, output, weights)
     options.wrote(output)

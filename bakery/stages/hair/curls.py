@@ -14,7 +14,11 @@ WIDE = 8.0  # mm over which straight hair runs one way
 STRAIGHT, CURLY = 0.5, 0.3
 DETAIL = 7.0  # mm: wider changes of brightness are light and shadow
 INNER = 3.0  # mm from the outline of hair: nearer, it is mixed with what is behind
-PATCH, OVERLAP = 12.0, 4.0  # mm of the pieces that are put together
+PATCHES = (
+    12.0,
+    8.0,
+)  # mm of the pieces that are put together; small ones where large ones are too few
+OVERLAP = 1 / 3  # of a piece
 TILE = 120.0  # mm after which the pattern repeats
 TRIED = 40  # pieces of the photo for each place: with many more the same ones come again and again
 PIECES = 2000  # to choose from
@@ -86,12 +90,13 @@ def take_curls(portrait: Portrait, share: float = 1.0, seed: int = 5) -> Curls |
     gray = np.log(np.maximum(portrait.color @ LUMA.astype(np.float32), 2e-3)).astype(np.float32)
     hair = (portrait.hair > 0.95).astype(np.float32)
     detail = gray - normalized_blur(gray, hair, DETAIL * scale)
-    patch, overlap = round(PATCH * scale), max(round(OVERLAP * scale), 1)
-    inner = cv2.erode(_inner(portrait).astype(np.uint8), np.ones((patch, patch), np.uint8),
-                      anchor=(0, 0), borderType=cv2.BORDER_CONSTANT, borderValue=0)  # fmt: skip
-    rows, columns = np.nonzero(inner[: 1 - patch, : 1 - patch])
-    if len(rows) < FEWEST * patch**2:
+    for patch in (round(mm * scale) for mm in PATCHES):
+        rows, columns = _places(_inner(portrait), patch)
+        if len(rows) >= FEWEST * patch**2:
+            break
+    else:
         return None
+    overlap = max(round(OVERLAP * patch), 1)
     rng = np.random.default_rng(seed)
     chosen = rng.choice(len(rows), min(len(rows), PIECES), replace=False)
     pieces = np.stack([detail[r : r + patch, c : c + patch]
@@ -101,6 +106,13 @@ def take_curls(portrait: Portrait, share: float = 1.0, seed: int = 5) -> Curls |
     # Fading has taken contrast off.
     tile *= min(float(pieces.std()), MOST) / max(float(tile.std()), 1e-6)
     return Curls(np.clip(tile, -3 * MOST, 3 * MOST), scale, share)
+
+
+def _places(inner, patch):
+    """Rows and columns of the top left corners of all squares of `patch` pixels within a mask."""
+    whole = cv2.erode(inner.astype(np.uint8), np.ones((patch, patch), np.uint8),
+                      anchor=(0, 0), borderType=cv2.BORDER_CONSTANT, borderValue=0)  # fmt: skip
+    return np.nonzero(whole[: 1 - patch, : 1 - patch])
 
 
 def quilt(pieces: np.ndarray, overlap: int, count: int, rng: np.random.Generator) -> np.ndarray:

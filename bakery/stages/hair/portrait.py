@@ -8,11 +8,11 @@ import numpy as np
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import LUMA, to_linear
 from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
+from bakery.geometry.masks import beside, disk, touching
 from bakery.geometry.raster import rasterize
 from bakery.heads.base import HeadModel
 from bakery.landmarks import EYES
 from bakery.stages.segment import BACKGROUND, EARS, HAIR, HAT, HIDDEN, SKIN, Segmentation
-from bakery.stages.segment.scalp import beside, disk, touching
 from bakery.types import Camera, Fit
 
 FINE = 1.6  # pixels a millimetre at most
@@ -28,6 +28,14 @@ ALIKE = 0.2  # distance of sRGB colours of what may be the same
 STRANGE = 0.5, 0.25
 HANGING = 15.0  # mm along which what hides the face touches the hair that it hangs from
 INNER, HALO = 1.6, 3.0  # mm from what is no hair, and from the backdrop: nearer, colours are mixed
+HAIRLINE, BARE = (
+    12.0,
+    3.0,
+)  # mm from skin up to which it may show in hair, and in skin, where it surely is
+LIKE_SKIN = (
+    0.6,
+    0.3,
+)  # of the way from the skin's colour to the hair's: hair from the first on, none up to the second
 JEWEL, JEWEL_RIM = 5.0, 2.0  # mm, half the width of the largest, and around what glitters
 GLITTERS = 1.6  # log by which it is lighter than the hair around
 NOTHING = 1e5  # mm, depth where no head is
@@ -119,6 +127,7 @@ def look(
     level = float(cameras.project(np.zeros(3), cut)[1])
     hair = _matte(picture, solid, regions, scale_mm)
     hair = hair * _unlike_backdrop(picture, hair, regions == BACKGROUND, level, scale_mm)
+    hair = hair * _unlike_skin(picture, hair, labels == SKIN, scale_mm)
     linear = to_linear(picture)
     points = cameras.to_camera(neutral, cut)
     faces = head.faces[head.part_faces("skin", "eye_left", "eye_right")]
@@ -245,6 +254,24 @@ def _unlike_backdrop(picture, hair, backdrop, level, scale):
     reach = np.where(rows < level, *POCKETS)
     apart = smoothstep(0.15, 0.3, np.sqrt(length)) * smoothstep(0, 0.3, 1 - off / reach)
     return (1 - apart * between * smoothstep(0.6, 0.25, share)).astype(np.float32)
+
+
+def _unlike_skin(picture, hair, skin, scale):
+    """How surely a pixel [H, W] beside the face is not the skin that shows between strands, 0..1.
+
+    Labels know a hairline to a few millimetres. What is left of temples in them is skin on hair.
+    """
+    to_skin = cv2.distanceTransform((~skin).astype(np.uint8), cv2.DIST_L2, 3) / scale
+    inner = (hair > 0.9) & (to_skin > HAIRLINE)
+    core = cv2.distanceTransform(skin.astype(np.uint8), cv2.DIST_L2, 3) / scale > BARE
+    if not inner.any() or not core.any():
+        return np.ones_like(hair)
+    bare, own = (diffuse(picture, mask.astype(np.float32)) for mask in (core, inner))
+    way = own - bare
+    length = (way**2).sum(-1)
+    share = ((picture - bare) * way).sum(-1) / np.maximum(length, 1e-6)
+    apart = smoothstep(0.15, 0.3, np.sqrt(length)) * smoothstep(HAIRLINE, 0.7 * HAIRLINE, to_skin)
+    return (1 - apart * smoothstep(*LIKE_SKIN, share)).astype(np.float32)
 
 
 def _jewels(linear, level, scale):

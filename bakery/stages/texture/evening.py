@@ -33,6 +33,10 @@ LOST = (0.5, 0.9)  # log lost to shadow off the face: detail stays up to it, and
 EDGE = (0.2, 0.4)  # log of what is lifted, over FINE: a shadow's edge, which is filled in
 TINGED = (0.1, 0.25)  # log of a colour beside luminance: of skin, and of a border that is none
 SHADY = (0.3, 0.6)  # the same of luminance
+DOUBT = (
+    0.3,
+    0.9,
+)  # how far skin is known, by which its tone is as little believed as a border's, and fully
 UNSEEN = 0.003  # how strongly unseen skin leans to what is likely, against its borders
 
 
@@ -78,7 +82,7 @@ def evened(
         return diffuse(_log(normalized_blur(color, beside, FINE * size)), nearby)
 
     low, both = log_of(albedo), np.sqrt(likely * likely[:, ::-1])
-    inner = np.maximum(face, _inside(known, RIM * size))
+    inner = np.maximum(face, _well_known(known, RIM * size))
     weight = sure * inner * (plain + 1e-3)
     inside = (weight * face + UNSEEN * on_skin)[..., None]
     field = _field(np.clip(low - log_of(both), -DARKER, DARKER), weight, on_skin)
@@ -202,6 +206,16 @@ def _inside(known: np.ndarray, width: float) -> np.ndarray:
     """1 well inside what is known [T, T], 0 from its border on."""
     away = cv2.distanceTransform((known > 0.8).astype(np.uint8), cv2.DIST_L2, 5)
     return np.float32(smoothstep(0.3 * width, width, away))
+
+
+def _well_known(known: np.ndarray, width: float) -> np.ndarray:
+    """1 well inside what is known [T, T], less where it is doubted nearby, 0 from its border on.
+
+    Soft: a place that is known by four fifths is no border, and skin there is not another's.
+    """
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * int(0.65 * width) + 1,) * 2)
+    least = cv2.erode(known, disc, borderType=cv2.BORDER_REPLICATE)
+    return np.float32(smoothstep(*DOUBT, cv2.GaussianBlur(least, (0, 0), 0.2 * width)))
 
 
 def _log(color: np.ndarray) -> np.ndarray:

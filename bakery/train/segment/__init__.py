@@ -15,12 +15,13 @@ import torch
 from safetensors.torch import load_file, save_file
 
 from bakery.detectors import portrait, segmenter
-from bakery.detectors.blocks import fold, unfold
+from bakery.detectors.blocks import fold
 from bakery.detectors.segmenter import SegmentNet, outlines
 from bakery.errors import InputError, ModelError
 from bakery.settings import SEEDS, Settings, setting
 from bakery.train import runs
 from bakery.train.segment import augment, bank, camera, losses
+from bakery.train.segment.beginning import begin
 
 CHECKPOINT = "checkpoint.safetensors"
 STATS = "stats.jsonl"
@@ -50,7 +51,7 @@ class SegmentTraining(Settings):
     log_every: int = setting(100, "steps", 1, 10**7)
     measure_every: int = setting(1000, "steps", 1, 10**7)
     begin: str = setting(
-        "", "weights as they ship to begin from; their normalisation stays as it is"
+        "", "weights as they ship to begin from; their normalisation is measured anew"
     )
     seed: int = setting(0, "of all chance", 0, SEEDS)
 
@@ -101,8 +102,7 @@ def train(
     torch.manual_seed(options.seed)
     network, averaged = (SegmentNet().to(device, memory_format=torch.channels_last) for _ in "ab")
     if options.begin:
-        begun = segmenter.load(Path(options.begin)).state_dict()
-        network.load_state_dict(unfold(network, begun))
+        begin(network, Path(options.begin), _stack(pictures.batch()))
     averaged.load_state_dict(network.state_dict())
     averaged.eval()
     optimizer = torch.optim.AdamW(
@@ -163,11 +163,16 @@ def rate_at(step: int, done: float, options: SegmentTraining) -> float:
     return options.rate * min(1.0, step / 200) * min(1.0, max(2 * (1 - done), 0.0))
 
 
+def _stack(batch):
+    """What the network is shown of a batch [B, 3 + outlines, S, S]."""
+    stack = torch.cat([batch.image, outlines(batch.points)], 1)
+    return stack.contiguous(memory_format=torch.channels_last)
+
+
 def _step(network, averaged, optimizer, batch, weight, options, device):
     """One step; the parts of the loss as tensors, so that nothing waits for the device."""
-    network.train(not options.begin)  # weights that ship have lost their statistics
-    stack = torch.cat([batch.image, outlines(batch.points)], 1)
-    stack = stack.contiguous(memory_format=torch.channels_last)
+    network.train()
+    stack = _stack(batch)
     with torch.autocast(device, torch.bfloat16, enabled=device == "cuda"):
         logits, shadow = network(stack)
     parts = losses.loss_of(logits, shadow, batch, weight)
@@ -251,11 +256,15 @@ class Data:
         return round(float((both[there] / either[there]).mean()), 4)
 
 
-def export(run: Path, path: Path) -> None:
+def export(run: Path, path: Path, other: Path | None = None) -> None:
     """Write the averaged weights of a run, folded and in half precision.
+
+    Args:
+        other: weights written so of the run that this one began with; the mean of both is written.
 
     Raises:
         InputError: the run has no checkpoint.
+        ModelError: the other weights are missing or damaged.
     """
     checkpoint = Path(run) / CHECKPOINT
     if not checkpoint.exists():
@@ -266,7 +275,11 @@ def export(run: Path, path: Path) -> None:
     network.load_state_dict(
         {k.removeprefix(prefix): v for k, v in stored.items() if k.startswith(prefix)}
     )
-    tensors = {name: value.half() for name, value in fold(network.eval()).items()}
+    tensors = fold(network.eval())
+    if other is not None:
+        begun = segmenter.load(Path(other)).state_dict()
+        tensors = {name: (value + begun[name]) / 2 for name, value in tensors.items()}
+    tensors = {name: value.half() for name, value in tensors.items()}
     aside = Path(path).with_suffix(".tmp")
     save_file(tensors, aside)
     os.replace(aside, path)

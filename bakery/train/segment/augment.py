@@ -67,6 +67,7 @@ def crop_matrices(points: torch.Tensor, jitter: float = 1.0) -> torch.Tensor:
     scale = scale * torch.exp(0.09 * jitter * normal(points, count))
     extra = _turn(0.07 * jitter * normal(points, count))
     shift = portrait.SIDE * 0.025 * jitter * normal(points, count, 2)
+    shift[:, 1] += portrait.UP * portrait.SIDE / portrait.MARGIN
     linear = extra @ _turn(-roll) * scale[:, None, None]
     moved = (extra @ middle[..., None])[..., 0] * scale[:, None]
     offset = portrait.SIDE / 2 + shift - moved

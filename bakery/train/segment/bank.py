@@ -60,13 +60,12 @@ def photographed(path: Path, device: str, teacher: Path | None = None) -> Pictur
     """The photos of `bakery train portraits`, with a teacher's sure answers where nobody knew."""
     table = real.read(path)
     label = table["label"]
-    shadow = np.where(label == portrait.SKIN, 0, portrait.UNSURE).astype(np.uint8)
     pictures = _moved(
         device,
         image=table["image"].transpose(0, 3, 1, 2),
         alpha=np.full(label.shape, 255, np.uint8),
         label=label,
-        shadow=shadow,
+        shadow=table["shadow"],
         person=table["person"],
         points=table["points"],
     )

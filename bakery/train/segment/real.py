@@ -1,32 +1,31 @@
 """What real portraits teach the segmentation network without anybody labelling them.
 
-The backdrop gives the person's outline, the landmarks give lips and the mouth, and the colour rules of
-`stages.segment` give skin, hair and clothes where they are sure. All else is `portrait.UNSURE`. Brows,
-eyes and the skin around them are taken only from sets in which nobody wears glasses.
+The backdrop gives the person's outline. All else is what the tool itself says (`stages.segment`: the
+network that ships, mended by the photo's colours), unless people who looked at it found it wrong
+(`doubt`): there it is `portrait.UNSURE`.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from bakery import landmarks as marks
-from bakery.detectors import portrait, segmenter
+from bakery.detectors import portrait
 from bakery.detectors.segmenter import take
 from bakery.errors import BakeryError, InputError
 from bakery.formats.files import write_bytes
 from bakery.formats.npz import pack_arrays
 from bakery.formats.portraits import reference_points
 from bakery.stages import segment
-from bakery.stages.segment import colours, network, prior
-from bakery.stages.segment.frame import apply, warp_matrix
-from bakery.train.segment import outline
+from bakery.stages.segment import network
+from bakery.train.segment import doubt, outline
 
 QUALITY = 86  # of the JPEGs
-GLASSES = (portrait.FRAME, portrait.LENS)
-HUE = 2.5  # standard deviations from the face's own up to which ears, neck and forehead are sure
+CLASS_OF = np.full(len(segment.LABELS), portrait.UNSURE, np.uint8)  # of each label of the tool
+CLASS_OF[network.LABEL_OF] = np.arange(len(portrait.CLASSES))
+LIT = 0.2  # share of hard shadow that the tool sees, below which there is none
 ROOM = 1.12  # side of a kept crop over that of the crop the network sees
 
 
@@ -37,6 +36,7 @@ class RealPortrait:
     image: np.ndarray  # [S, S, 3] uint8 sRGB
     label: np.ndarray  # [S, S] uint8 into portrait.CLASSES, portrait.UNSURE where not known
     person: np.ndarray  # [S, S] uint8: 0 backdrop, 1 person, portrait.UNSURE
+    shadow: np.ndarray  # [S, S] uint8: 0 where bare skin surely is in none, portrait.UNSURE
     points: np.ndarray  # [478, 2] float32 pixels
 
 
@@ -47,146 +47,72 @@ def kept_matrix(points: np.ndarray) -> np.ndarray:
     return matrix
 
 
-def read_portrait(image: np.ndarray, points: np.ndarray, glasses: bool) -> RealPortrait | None:
+def read_portrait(
+    image: np.ndarray, points: np.ndarray, whole: bool, faults: Sequence[str] = ()
+) -> RealPortrait | None:
     """Label one photo as far as it is sure; None where the backdrop is not plain.
 
     Args:
         image: [H, W, 3] uint8 sRGB.
         points: [478, 2+] pixels.
-        glasses: True where people may wear some and clothes differ from the backdrop; False for
-            sets without glasses whose clothes may look like the backdrop.
+        whole: see `outline.find_outline`; False: all clothes are white.
+        faults: of `doubt.FAULTS`, what is wrong with the tool's labels.
     """
     points = np.asarray(points, np.float64)[:, :2]
-    found = outline.find_outline(image, points, whole=glasses)
+    found = outline.find_outline(image, points, whole=whole)
     if not found.sure:
         return None
     matrix = kept_matrix(points)
-    label = _labels(image, points, found.person, glasses)
-    inside = np.ones(image.shape[:2], np.uint8)
-    crop = take(image, matrix)
-    known = _inside(inside, matrix)
-    person = np.where(known, take(found.person, matrix, nearest=True), outline.UNSURE)
-    label = np.where(known, take(label, matrix, nearest=True), portrait.UNSURE)
+    label, shadow = _labels(image, points, found.person, whole, faults)
+    known = _inside(np.ones(image.shape[:2], np.uint8), matrix)
+    planes = [
+        np.where(known, take(plane, matrix, nearest=True), portrait.UNSURE).astype(np.uint8)
+        for plane in (label, found.person, shadow)
+    ]
     return RealPortrait(
-        crop,
-        label.astype(np.uint8),
-        person.astype(np.uint8),
+        take(image, matrix),
+        *planes,
         (points @ matrix[:, :2].T + matrix[:, 2]).astype(np.float32),
     )
 
 
-def _inside(inside, matrix):
-    """True for the crop's pixels that lie in the photo."""
-    side = portrait.SIDE
-    return cv2.warpAffine(inside, matrix, (side, side), flags=cv2.INTER_NEAREST) > 0
+def _inside(inside, matrix, size=(portrait.SIDE, portrait.SIDE)):
+    """True for pixels of a picture of `size` that another one, full of 1, reaches."""
+    return cv2.warpAffine(inside, matrix, size, flags=cv2.INTER_NEAREST) > 0
 
 
-def _labels(image, points, person, glasses):
-    options = segment.SegmentOptions(method="colours")
-    window, box = segment.window_of(np.float32(image) / 255, points)
-    found = colours.classify(window, options.rounds)
-    ruled = segment.on_whole(window, box, found, options, image.shape[:2])
-    face = marks.face_size(points)
-    label = np.full(image.shape[:2], portrait.UNSURE, np.uint8)
-    deep = _eroded(person == outline.PERSON, 0.02 * face)
-    seen = _network_classes(image, points)
-    for theirs, ours in ((segment.HAIR, portrait.HAIR), (segment.CLOTHES, portrait.CLOTH)):
-        both = (ruled.labels == theirs) & (seen == ours) & (person != outline.BACKDROP)
-        # Narrow bands go: the rules call the edge of a bald head hair.
-        label[_grown(_eroded(both, 0.06 * face), 0.04 * face) & both & deep] = ours
-    for ours, part in _bare_parts(window, found).items():
-        where = np.zeros(image.shape[:2], bool)
-        where[box] = part
-        bare = _eroded(where, 0.015 * face) & (person != outline.BACKDROP)
-        label[bare & (seen != portrait.BEARD)] = ours
-    rows = np.arange(image.shape[0])[:, None]
-    chin = points[152, 1]
-    label[(label == portrait.CLOTH) & (rows < chin)] = portrait.UNSURE
-    label[(label == portrait.HAIR) & (rows > chin - 0.1 * face)] = portrait.UNSURE  # ties, collars
-    _, parts = cv2.connectedComponents((label == portrait.HAIR).astype(np.uint8))
-    grows = np.unique(parts[: max(int(points[marks.BROWS, 1].min()), 0)])
-    label[(label == portrait.HAIR) & ~np.isin(parts, grows)] = portrait.UNSURE  # collars
-    oval = _polygons(image, [points[marks.OVAL]])
-    bare = _eroded(oval, 0.1 * face) & (ruled.skin > 0.95)
-    eyes = points[marks.EYE_CORNERS, 1].mean()
-    around_eyes = (rows > points[marks.BROWS, 1].min() - 0.1 * face) & (rows < eyes + 0.45 * face)
-    middle = np.abs(np.arange(image.shape[1])[None] - points[4, 0]) < 0.12 * face
-    bearded = (rows > points[2, 1] - 0.05 * face) & ~middle | (rows > points[2, 1])
-    bare &= ~bearded
-    bare &= ~around_eyes if glasses else True
-    bare &= ~_grown(_polygons(image, [points[r] for r in marks.EYES]), 0.06 * face)
-    brows = _polygons(image, [points[marks.BROW_LEFT], points[marks.BROW_RIGHT]])
-    bare &= ~_grown(brows, 0.1 * face)
-    label[bare] = portrait.SKIN
-    if not glasses:
-        label[_eroded(brows, 0.02 * face)] = portrait.BROWS
-        label[_eroded(_polygons(image, [points[r] for r in marks.EYES]), 0.02 * face)] = (
-            portrait.EYES
-        )
-    mouth = _polygons(image, [points[marks.LIPS_INNER]])
-    lips = _polygons(image, [points[marks.LIPS_OUTER]]) & ~_grown(mouth, 0.02 * face)
-    label[_eroded(lips, 0.02 * face)] = portrait.LIPS
-    label[_eroded(mouth, 0.02 * face)] = portrait.MOUTH
-    label[person == outline.BACKDROP] = portrait.BACKGROUND
-    eyewear = np.isin(seen, GLASSES)
-    if glasses and eyewear.sum() > network.WORN * face**2:  # else bits of frames are folds
-        label[eyewear] = seen[eyewear]
-    return label
+def _labels(image, points, person, whole, faults):
+    """What the tool itself calls each pixel, but for what the backdrop or a reader contradicts; shadow.
 
-
-def _network_classes(image, points):
-    """What the network that ships calls each pixel [H, W], `portrait.UNSURE` outside of its crop."""
-    shares, _, matrix = segmenter.segment(segmenter.shipped(), image, points)
-    return cv2.warpAffine(
-        shares.argmax(0).astype(np.uint8), warp_matrix(matrix), image.shape[1::-1],
-        flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP, borderValue=portrait.UNSURE,
-    )  # fmt: skip
-
-
-def _bare_parts(window, ruled):
-    """Where the colour rules see ears, neck and forehead in a window: {class: [h, w] bool}.
-
-    Skin that they find beside, below or above the face, of the face's own hue.
+    Both [H, W] uint8, see `RealPortrait`.
     """
-    frame = apply(window.to_frame, window.points)
-    angle, radius = prior.polar(frame[marks.OVAL])
-    rows = np.arange(prior.SIZE)[:, None] + 0.5
-    above_brows = frame[marks.BROWS, 1].min() - 0.1 * prior.FACE
-    bare = (ruled.shares[segment.SKIN] > 0.8) & (ruled.hue < HUE) & ~ruled.hidden & ~ruled.glasses
-    parts = {
-        portrait.EARS: (radius > 1.03) & (radius < 1.35) & (angle > 65) & (angle < 112),
-        portrait.NECK: (radius > 1.05) & (angle > 130),
-        portrait.SKIN: (radius > 0.6) & (angle < 60) & (rows < above_brows),
-    }
-    planes = cv2.split(window.back(*(np.float32(bare & where) for where in parts.values())))
-    return {label: plane > 0.5 for label, plane in zip(parts, planes)}
+    found = segment.segment(np.float32(image) / 255, points)
+    label = CLASS_OF[found.labels]
+    label[(label == portrait.BACKGROUND) & (person == outline.PERSON)] = portrait.UNSURE
+    label[person == outline.BACKDROP] = portrait.BACKGROUND
+    # Where the network sees nothing, its border goes on.
+    seen = _inside(np.ones((portrait.SIDE,) * 2, np.uint8), _back(points), image.shape[1::-1])
+    label[~seen & (label != portrait.BACKGROUND)] = portrait.UNSURE
+    if whole:
+        label[doubt.collars(image, label, points)] = portrait.UNSURE
+    else:
+        label[doubt.tails(image, label, points)] = portrait.HAIR
+    for fault in faults:
+        label[doubt.where(fault, label, points)] = portrait.UNSURE
+    lit = (label == portrait.SKIN) & (found.shadow < LIT)
+    return label, np.where(lit, 0, portrait.UNSURE).astype(np.uint8)
 
 
-def _disc(radius):
-    size = 2 * max(round(float(radius)), 1) + 1
-    return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-
-
-def _eroded(mask, radius):
-    return cv2.erode(mask.astype(np.uint8), _disc(radius)) > 0
-
-
-def _grown(mask, radius):
-    return cv2.dilate(mask.astype(np.uint8), _disc(radius)) > 0
-
-
-def _polygons(image, rings):
-    out = np.zeros(image.shape[:2], np.uint8)
-    for ring in rings:
-        cv2.fillPoly(out, [np.round((ring - 0.5) * 16).astype(np.int32)], 1, shift=4)
-    return out > 0
+def _back(points):
+    """The [2, 3] map from the crop that the network sees to the photo."""
+    return cv2.invertAffineTransform(portrait.crop_matrix(points))
 
 
 def pack(sets: list[tuple[Path, str, str, bool]], output: Path) -> Iterator[dict]:
     """Label folders of photos and write them into one small file.
 
     Args:
-        sets: (folder with dense478.npz, how the names begin, what they hold, glasses: see
+        sets: (folder with dense478.npz, how the names begin, what they hold, whole: see
             `read_portrait`).
         output: .npz to write.
 
@@ -199,13 +125,15 @@ def pack(sets: list[tuple[Path, str, str, bool]], output: Path) -> Iterator[dict
     from bakery.formats.image import read_photo  # training runs where its readers are not installed
 
     kept, names = [], []
-    for folder, starts, part, glasses in sets:
+    known = doubt.read()
+    for folder, starts, part, whole in sets:
         for path, points in reference_points(folder, starts, part).items():
             name, reason, one = path.relative_to(folder).as_posix(), None, None
             try:
                 image = np.round(read_photo(path).encoded * 255).astype(np.uint8)
-                one = read_portrait(image, points, glasses)
-                reason = "backdrop" if one is None else None
+                faults = known.get(path.stem, [])
+                one = None if "all" in faults else read_portrait(image, points, whole, faults)
+                reason = None if one is not None else "labels" if "all" in faults else "backdrop"
             except BakeryError as error:
                 reason = str(error)
             if one is not None:
@@ -215,7 +143,7 @@ def pack(sets: list[tuple[Path, str, str, bool]], output: Path) -> Iterator[dict
     if not kept:
         raise InputError("no photo has a plain backdrop; give other folders")
     jpegs = [_jpeg(one.image) for one in kept]
-    planes = [_png(np.concatenate([one.label, one.person])) for one in kept]
+    planes = [_png(np.concatenate([one.label, one.person, one.shadow])) for one in kept]
     table = {
         "names": np.array(names),
         "points": np.stack([one.points for one in kept]),
@@ -252,11 +180,12 @@ def read(path: Path) -> dict[str, np.ndarray]:
             points = table["points"]
     except (OSError, KeyError, ValueError) as error:
         raise InputError(f"{path}: not written by `train portraits`: {error}") from None
-    side = portrait.SIDE
+    label, person, shadow = np.split(np.stack(truth), 3, 1)
     return {
         "image": np.stack(images)[..., ::-1].copy(),
-        "label": np.stack(truth)[:, :side].copy(),
-        "person": np.stack(truth)[:, side:].copy(),
+        "label": label.copy(),
+        "person": person.copy(),
+        "shadow": shadow.copy(),
         "points": points,
     }
 
