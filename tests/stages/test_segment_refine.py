@@ -93,3 +93,17 @@ def test_lenses_that_mirror_stay_hidden():
     photo[84:126, 40:100] = (0.7, 0.8, 0.95)
     mirrored = Segmentation(segmentation.labels, segmentation.skin, regions)
     assert (refined(mirrored, photo, points).regions[86:124, 42:98] == GLASSES).all()
+
+
+def test_a_rim_is_followed_where_its_label_ends():
+    """The lower half of one rim is labelled skin; it lies beside the lens."""
+    photo, segmentation, points, true = with_glasses((0.1, 0.1, 0.12))
+    labels, regions = segmentation.labels.copy(), segmentation.regions.copy()
+    low = np.zeros(labels.shape, bool)
+    low[110:150, 130:250] = True
+    labels[low & (labels == GLASSES)] = SKIN
+    regions[low & (regions == GLASSES)] = SKIN
+    skin = np.where(low, 1, segmentation.skin).astype(np.float32)
+    found = refined(Segmentation(labels, skin, regions), photo, points)
+    assert (found.regions == GLASSES)[true].mean() > 0.98
+    assert found.skin[true].max() < 0.5

@@ -14,11 +14,12 @@ EYES_APART = 90.0  # mm, `face_size` of a mean head
 SCALE = 3.0  # pixels a millimetre at most
 MARGIN = 20.0  # mm around the glasses that are looked at
 LENSES = 0.2, 1.0  # mm from a frame: nothing of the skin beside can be unwrapped, all can
+ON = 4.0  # mm beside what is labelled glasses or lens that a rim may lie
 RIM = 6.0  # mm around what was labelled glasses where skin was left out
 
 
 def refined(segmentation: Segmentation, encoded: np.ndarray, points: np.ndarray) -> Segmentation:
-    """The segmentation, with what is labelled glasses cut to what looks so.
+    """The segmentation, with glasses cut to what looks so, and rims followed beyond their labels.
 
     Args:
         segmentation: of the photo.
@@ -32,14 +33,8 @@ def refined(segmentation: Segmentation, encoded: np.ndarray, points: np.ndarray)
         plane.copy() for plane in (segmentation.labels, segmentation.regions, segmentation.skin)
     )
     mm = face_size(points) / EYES_APART  # the photo's pixels a millimetre
-    box = around(worn, MARGIN * mm)
-    here = worn[box]
-    found = _frames(labels[box], regions[box], encoded[box], _moved(points, box), mm)
-    labels[box][here & found & (labels[box] == LENS)] = GLASSES
-    clear = here & ~found
-    labels[box][clear & (labels[box] == GLASSES)] = SKIN
-    regions[box][clear] = SKIN
-    _unwrap(skin[box], regions[box], here, mm)
+    box = around(worn | (labels == LENS), MARGIN * mm)
+    _mend(labels[box], regions[box], skin[box], encoded[box], _moved(points, box), mm)
     return replace(segmentation, labels=labels, regions=regions, skin=skin)
 
 
@@ -48,7 +43,29 @@ def _moved(points, box):
     return points[:, :2] - [box[1].start, box[0].start]
 
 
-def _frames(labels, regions, encoded, points, mm):
+def _mend(labels, regions, skin, encoded, points, mm):
+    """Write what glasses hide, and what they do not, into planes [h, w] of a part of a photo."""
+    labelled = regions == GLASSES
+    lens = labels == LENS
+    here = labelled | (_around(labelled | lens, lens, mm) & (regions == SKIN) & (labels != BROWS))
+    found = here & _frames(labels, regions, here, encoded, points, mm)
+    labels[found & np.isin(labels, (LENS, SKIN))] = GLASSES
+    regions[found] = GLASSES
+    clear = here & ~found
+    labels[clear & (labels == GLASSES)] = SKIN
+    regions[clear] = SKIN
+    _unwrap(skin, regions, labelled, here, mm)
+
+
+def _around(worn, lens, mm):
+    """Where [h, w] rims may go on: beside glasses, but not well within a lens."""
+    off, inside = (
+        cv2.distanceTransform(np.uint8(mask), cv2.DIST_L2, 3) / mm for mask in (~worn, lens)
+    )
+    return (off < ON) & (inside < ON)
+
+
+def _frames(labels, regions, worn, encoded, points, mm):
     """Where glasses hide the face [h, w] bool, found at `SCALE`."""
     scale = min(mm, SCALE)
     size = tuple(max(int(n * scale / mm), 8) for n in labels.shape[::-1])
@@ -57,24 +74,26 @@ def _frames(labels, regions, encoded, points, mm):
         return cv2.resize(np.ascontiguousarray(plane), size, interpolation=how)
 
     picture = np.clip(small(encoded, cv2.INTER_AREA).astype(np.float32), 0, 1)
-    regions, labels = small(regions), small(labels)
-    lens, brows = labels == LENS, labels == BROWS
+    worn = small(np.uint8(worn)) > 0
+    face, labels = small(regions) == SKIN, small(labels)
     found = frames(
-        picture, regions == GLASSES, lens, regions == SKIN, brows, points * scale / mm, scale
+        picture, worn, labels == LENS, face & ~worn, labels == BROWS, points * scale / mm, scale
     )
     whole: np.ndarray = cv2.resize(found.astype(np.float32), encoded.shape[1::-1]) > 0.5
     return whole
 
 
-def _unwrap(skin, regions, where, mm):
-    """Let in skin [h, w] that can be unwrapped: in and around a mask, far enough from what is none.
+def _unwrap(skin, regions, labelled, where, mm):
+    """Let in skin [h, w] that can be unwrapped: near a mask, far enough from what is none; the rest goes.
 
     Args:
-        where: [h, w] bool, what was labelled glasses; beside it skin was left out.
+        labelled: [h, w] bool, what was labelled glasses; beside it skin was left out.
+        where: [h, w] bool, what was looked at.
         mm: pixels a millimetre.
     """
     face = np.isin(regions, (SKIN, EYES))
     inside = cv2.distanceTransform(face.astype(np.uint8), cv2.DIST_L2, 3) / mm
-    off = cv2.distanceTransform((~where).astype(np.uint8), cv2.DIST_L2, 3) / mm
-    sure = smoothstep(*LENSES, inside) * ((off < RIM) & face)
-    np.maximum(skin, sure.astype(np.float32), out=skin)
+    off = cv2.distanceTransform((~labelled).astype(np.uint8), cv2.DIST_L2, 3) / mm
+    sure = smoothstep(*LENSES, inside).astype(np.float32)
+    np.maximum(skin, sure * ((off < RIM) & face), out=skin)
+    np.minimum(skin, np.where(where | (regions == GLASSES), sure, 1), out=skin)
