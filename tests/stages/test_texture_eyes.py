@@ -1,10 +1,11 @@
 """Eyes of a photo: in shadow, and behind lenses that mirror."""
 
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose
 
 from bakery.landmarks import EYES
-from bakery.stages.texture.eyes import FEW, _mirrored, with_lit_eyes
+from bakery.stages.texture.eyes import FEW, TWO_TONES, _mirrored, alike, with_lit_eyes
 
 
 def test_eyes_get_the_light_that_their_lids_get(head):
@@ -44,3 +45,22 @@ def test_an_eye_without_anything_dark_is_behind_a_mirror():
     assert _mirrored(window, 0.4) and not _mirrored(eye, 0.4)
     assert not _mirrored(window[:FEW], 0.4), "too few pixels to tell"
     assert not _mirrored(0.1 * window, 0.4), "an eye in shadow"
+
+
+def test_an_iris_in_the_shade_gets_the_tone_of_the_other():
+    """Pupil and white stay; irises that differ little are the person's own."""
+    away = np.hypot(*(np.mgrid[:64, :64] - 31.5)) / 16
+    iris = np.float32((away > 0.5) & (away < 0.95))
+    light = np.where(iris[..., None] > 0, np.float32([0.10, 0.12, 0.15]), 0.01).astype(np.float32)
+    light[away >= 1] = 0.5
+    dark = np.where(iris[..., None] > 0, 0.35 * light, light)
+    for pair in ([light, dark], [dark, light]):
+        one, other = alike(pair, [iris, iris])
+        tones = [np.median(t[iris > 0], 0) for t in (one, other)]
+        assert abs(np.log(tones[0] / tones[1])).max() == pytest.approx(TWO_TONES, abs=0.02)
+        for before, after in zip(pair, (one, other)):
+            np.testing.assert_array_equal(before[iris == 0], after[iris == 0])
+            assert (after >= before - 1e-6).all()
+    near = [light, 0.9 * light]
+    for before, after in zip(near, alike(near, [iris, iris])):
+        np.testing.assert_allclose(after, before, rtol=1e-6)

@@ -22,6 +22,8 @@ FEW = 20  # pixels of an eye's opening, too few to tell by
 # Pupil, iris and lashes are dark. If a tenth of the opening is not darker than so much of the skin's
 # luminance, a lens mirrors something bright.
 MIRRORED = 0.25
+PUPIL = 0.35, 0.5  # of an iris's radius, over which its pupil ends
+TWO_TONES, MOST_LIT = 0.15, 1.3  # log by which two irises may differ; by which one is lit at most
 SCLERA_OVER_SKIN = 1.35  # luminance, when no sclera can be seen
 
 
@@ -40,19 +42,43 @@ def eye_maps(linear, occluder, points, fit, head, vertices, part, depth, skin_to
         EyeMaps.
     """
     shade = lid_occlusion(part, depth, fit.camera.focal)
-    maps, hidden = [], []
+    maps, irises, hidden = [], [], []
     for eye in range(2):
         inside = np.zeros(occluder.shape, np.uint8)
         cv2.fillPoly(inside, [np.round(points[EYES[eye]] * 16).astype(np.int32)], 1, shift=4)
         covered = bool(inside.any()) and occluder[inside > 0].mean() > COVERED
         hidden.append(covered or _mirrored(linear[inside > 0] @ LUMA, skin_tone @ LUMA))
-        maps.append(
-            _one_eye(linear, hidden[eye], points, fit, vertices, head, eye, shade, skin_tone)
+        found, iris = _one_eye(
+            linear, hidden[eye], points, fit, vertices, head, eye, shade, skin_tone
         )
+        maps.append(found)
+        irises.append(iris)
     if hidden[0] != hidden[1]:
         shown = maps[hidden.index(False)]
         maps[hidden.index(True)] = (*(layer[:, ::-1] for layer in shown[:2]), *shown[2:])
+    elif not any(hidden):
+        for which, texture in enumerate(alike([found[0] for found in maps], irises)):
+            maps[which] = (texture, *maps[which][1:])
     return EyeMaps(*(np.stack(field) for field in zip(*maps)))
+
+
+def alike(textures: list[np.ndarray], irises: list[np.ndarray]) -> list[np.ndarray]:
+    """Both eyes [n, n, 3] with the tone of the lighter iris: the other lies in the shade of nose or brow.
+
+    Args:
+        irises: [n, n] 0..1 each, 1 on the iris, 0 in the pupil and on the white.
+    """
+    tones = [np.median(t[i > 0.9], 0) for t, i in zip(textures, irises) if (i > 0.9).any()]
+    if len(tones) < 2:
+        return textures
+    apart = np.log(np.maximum(tones[0], 1e-4) / np.maximum(tones[1], 1e-4))
+    darker = int(apart @ LUMA > 0)
+    size = abs(float(apart @ LUMA))
+    gain = (-1) ** (1 - darker) * apart * max(size - TWO_TONES, 0.0) / max(size, 1e-6)
+    gain = np.clip(gain, -MOST_LIT, MOST_LIT).astype(np.float32)
+    out = list(textures)
+    out[darker] = out[darker] * np.exp(irises[darker][..., None] * gain)
+    return out
 
 
 def _mirrored(shown: np.ndarray, skin: float) -> bool:
@@ -153,7 +179,10 @@ def _one_eye(linear, hidden, points, fit, vertices, head, eye, shade, skin_tone)
 
     glint = bilinear(glint_here.astype(np.float32), to_map(fixed @ turn, MAP))
     white = np.float32(sclera * shown)
-    return out.astype(np.float32), glint.astype(np.float32), np.float32(iris_angle), white
+    place = angle / iris_angle
+    iris_ring = smoothstep(*PUPIL, place) * smoothstep(1.08, 0.95, place)
+    found = out.astype(np.float32), glint.astype(np.float32), np.float32(iris_angle), white
+    return found, iris_ring.astype(np.float32)
 
 
 def _axis(pixel, center, radius, camera):
