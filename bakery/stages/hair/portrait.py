@@ -261,10 +261,12 @@ def _unlike_skin(picture, hair, skin, scale):
 
     Labels know a hairline to a few millimetres. What is left of temples in them is skin on hair.
     """
+    core = cv2.distanceTransform(skin.astype(np.uint8), cv2.DIST_L2, 3) / scale > BARE
+    if not core.any():
+        return np.ones_like(hair)
     to_skin = cv2.distanceTransform((~skin).astype(np.uint8), cv2.DIST_L2, 3) / scale
     inner = (hair > 0.9) & (to_skin > HAIRLINE)
-    core = cv2.distanceTransform(skin.astype(np.uint8), cv2.DIST_L2, 3) / scale > BARE
-    if not inner.any() or not core.any():
+    if not inner.any():
         return np.ones_like(hair)
     bare, own = (diffuse(picture, mask.astype(np.float32)) for mask in (core, inner))
     way = own - bare

@@ -35,7 +35,10 @@ def refined(segmentation: Segmentation, encoded: np.ndarray, points: np.ndarray)
     mm = face_size(points) / EYES_APART  # the photo's pixels a millimetre
     box = around(worn | (labels == LENS), MARGIN * mm)
     _mend(labels[box], regions[box], skin[box], encoded[box], _moved(points, box), mm)
-    return replace(segmentation, labels=labels, regions=regions, skin=skin)
+    shadow = segmentation.shadow
+    if shadow is not None:
+        shadow = np.where(regions == GLASSES, np.float32(0), shadow)
+    return replace(segmentation, labels=labels, regions=regions, skin=skin, shadow=shadow)
 
 
 def _moved(points, box):
