@@ -16,6 +16,7 @@ from bakery.detectors import portrait
 from bakery.errors import InputError
 from bakery.formats.image import read_photo
 from bakery.formats.portraits import reference_points
+from bakery.stages.segment.frame import draw_polygon
 
 TEMPLATE = "frl189"
 # Rings of the template's points. An ear: along the head from its top to its bottom, then its rim.
@@ -77,7 +78,7 @@ def _within(shape, rings, reach):
     """[H, W] bool inside of rings of points, `reach` pixels from their edge."""
     out = np.zeros(shape, np.uint8)
     for ring in rings:
-        cv2.fillPoly(out, [np.round((ring - 0.5) * 16).astype(np.int32)], 1, shift=4)
+        draw_polygon(out, ring, 1)
     return cv2.distanceTransform(out, cv2.DIST_L2, 5) > reach
 
 

@@ -15,6 +15,7 @@ from bakery.detectors import portrait, segmenter
 from bakery.detectors.portrait import CLASSES, SIDE, UNSURE
 from bakery.formats.portraits import reference_points
 from bakery.stages import detect, segment
+from bakery.stages.segment.frame import draw_polygon
 from bakery.stages.segment.network import LABEL_OF
 from bakery.synth import portrait_shards
 from bakery.train.backgrounds import procedural_background
@@ -222,7 +223,7 @@ def skin_lost(portraits: Path, network) -> Iterator[dict]:
 
 def _polygon(ring):
     out = np.zeros((SIDE, SIDE), np.uint8)
-    cv2.fillPoly(out, [np.round((ring - 0.5) * 16).astype(np.int32)], 1, shift=4)
+    draw_polygon(out, ring, 1)
     return out
 
 

@@ -14,10 +14,8 @@ WIDE = 8.0  # mm over which straight hair runs one way
 STRAIGHT, CURLY = 0.5, 0.3
 DETAIL = 7.0  # mm: wider changes of brightness are light and shadow
 INNER = 3.0  # mm from the outline of hair: nearer, it is mixed with what is behind
-PATCHES = (
-    12.0,
-    8.0,
-)  # mm of the pieces that are put together; small ones where large ones are too few
+# mm of the pieces that are put together; small ones where large ones are too few
+PATCHES = 12.0, 8.0
 OVERLAP = 1 / 3  # of a piece
 TILE = 120.0  # mm after which the pattern repeats
 TRIED = 40  # pieces of the photo for each place: with many more the same ones come again and again
@@ -90,8 +88,9 @@ def take_curls(portrait: Portrait, share: float = 1.0, seed: int = 5) -> Curls |
     gray = np.log(np.maximum(portrait.color @ LUMA.astype(np.float32), 2e-3)).astype(np.float32)
     hair = (portrait.hair > 0.95).astype(np.float32)
     detail = gray - normalized_blur(gray, hair, DETAIL * scale)
+    inner = _inner(portrait)
     for patch in (round(mm * scale) for mm in PATCHES):
-        rows, columns = _places(_inner(portrait), patch)
+        rows, columns = _places(inner, patch)
         if len(rows) >= FEWEST * patch**2:
             break
     else:

@@ -28,14 +28,16 @@ ALIKE = 0.2  # distance of sRGB colours of what may be the same
 STRANGE = 0.5, 0.25
 HANGING = 15.0  # mm along which what hides the face touches the hair that it hangs from
 INNER, HALO = 1.6, 3.0  # mm from what is no hair, and from the backdrop: nearer, colours are mixed
-HAIRLINE, BARE = (
-    12.0,
-    3.0,
-)  # mm from skin up to which it may show in hair, and in skin, where it surely is
+# mm from skin up to which it may show in hair, and in skin from its border, where it surely is.
+HAIRLINE, BARE = 12.0, 3.0
 LIKE_SKIN = (
     0.6,
     0.3,
-)  # of the way from the skin's colour to the hair's: hair from the first on, none up to the second
+)  # of the way from the skin's colour to the hair's: hair from there on, none up to there
+APART = (
+    0.15,
+    0.3,
+)  # distance of two sRGB colours, below which nothing is told by them, and from which all is
 JEWEL, JEWEL_RIM = 5.0, 2.0  # mm, half the width of the largest, and around what glitters
 GLITTERS = 1.6  # log by which it is lighter than the hair around
 NOTHING = 1e5  # mm, depth where no head is
@@ -244,15 +246,13 @@ def _unlike_backdrop(picture, hair, backdrop, level, scale):
         return np.ones_like(hair)
     far = cv2.erode(backdrop.astype(np.uint8), np.ones((5, 5), np.uint8))
     behind = diffuse(picture, far.astype(np.float32))
-    way = np.median(picture[inner], 0) - behind
-    length = (way**2).sum(-1)
+    way, length, share = _on_the_way(picture, behind, np.median(picture[inner], 0))
     off_it = picture - behind
-    share = (off_it * way).sum(-1) / np.maximum(length, 1e-6)
     # What is neither like the one nor like the other is hair in the shade, or in a highlight.
     strange = np.linalg.norm(off_it - np.clip(share, 0, 1)[..., None] * way, axis=-1)
     between = smoothstep(*STRANGE, strange / np.sqrt(np.maximum(length, 1e-6)))
     reach = np.where(rows < level, *POCKETS)
-    apart = smoothstep(0.15, 0.3, np.sqrt(length)) * smoothstep(0, 0.3, 1 - off / reach)
+    apart = smoothstep(*APART, np.sqrt(length)) * smoothstep(0, 0.3, 1 - off / reach)
     return (1 - apart * between * smoothstep(0.6, 0.25, share)).astype(np.float32)
 
 
@@ -269,11 +269,16 @@ def _unlike_skin(picture, hair, skin, scale):
     if not inner.any():
         return np.ones_like(hair)
     bare, own = (diffuse(picture, mask.astype(np.float32)) for mask in (core, inner))
-    way = own - bare
-    length = (way**2).sum(-1)
-    share = ((picture - bare) * way).sum(-1) / np.maximum(length, 1e-6)
-    apart = smoothstep(0.15, 0.3, np.sqrt(length)) * smoothstep(HAIRLINE, 0.7 * HAIRLINE, to_skin)
+    _, length, share = _on_the_way(picture, bare, own)
+    apart = smoothstep(*APART, np.sqrt(length)) * smoothstep(HAIRLINE, 0.7 * HAIRLINE, to_skin)
     return (1 - apart * smoothstep(*LIKE_SKIN, share)).astype(np.float32)
+
+
+def _on_the_way(picture, start, end):
+    """The way [H, W, 3] between two colours, its squared length [H, W], and how far on it a picture is."""
+    way = end - start
+    length = (way**2).sum(-1)
+    return way, length, ((picture - start) * way).sum(-1) / np.maximum(length, 1e-6)
 
 
 def _jewels(linear, level, scale):

@@ -43,7 +43,7 @@ from bakery.stages.segment.refine import refined
 __all__ = [
     "BACKGROUND", "BEARD", "BROWS", "CLOTHES", "EARS", "EYES", "GLASSES", "HAIR", "HAT", "HIDDEN",
     "LABELS", "LENS", "LIPS", "MOUTH", "NECK", "REGIONS", "SKIN", "THING", "SegmentOptions",
-    "Segmentation", "made_by", "occlusion", "on_whole", "segment", "window_of",
+    "Segmentation", "made_by", "occlusion", "segment", "window_of",
 ]  # fmt: skip
 
 
@@ -83,10 +83,10 @@ def segment(
         found = network.classify(window)
     else:
         found = colours.classify(window, options.rounds)
-    return refined(on_whole(window, box, found, options, encoded.shape[:2]), encoded, points)
+    return refined(_on_whole(window, box, found, options, encoded.shape[:2]), encoded, points)
 
 
-def on_whole(
+def _on_whole(
     window: Window,
     box: tuple[slice, slice],
     found: Found,

@@ -65,5 +65,4 @@ class Found:
     glasses: np.ndarray  # [S, S] bool
     hidden: np.ndarray  # [S, S] bool
     labels: np.ndarray | None = None  # [S, S] uint8 into LABELS; None: the regions say all
-    hue: np.ndarray | None = None  # [S, S] how far off the face's own, standard deviations
     shadow: np.ndarray | None = None  # [S, S] float32 0..1

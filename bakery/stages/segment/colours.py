@@ -105,7 +105,7 @@ def classify(window: Window, rounds: int) -> Found:
     hidden = find_occlusion(small, colors, expected[HAIR] > 0.55, seed & ~glasses, radius)
     hidden &= (radius < 1) | ((radius < 1.25) & (shares[SKIN] > 0.5))
     shares[:, glasses | hidden] = 0
-    return Found(shares, face & ~glasses & ~hidden, glasses, hidden & ~glasses, hue=hue)
+    return Found(shares, face & ~glasses & ~hidden, glasses, hidden & ~glasses)
 
 
 def _bare_brows(skin, points):

@@ -34,23 +34,21 @@ def refined(segmentation: Segmentation, encoded: np.ndarray, points: np.ndarray)
     )
     mm = face_size(points) / EYES_APART  # the photo's pixels a millimetre
     box = around(worn | (labels == LENS), MARGIN * mm)
-    _mend(labels[box], regions[box], skin[box], encoded[box], _moved(points, box), mm)
+    own = points[:, :2] - [box[1].start, box[0].start]
+    _mend(labels[box], regions[box], skin[box], encoded[box], own, mm)
     shadow = segmentation.shadow
     if shadow is not None:
         shadow = np.where(regions == GLASSES, np.float32(0), shadow)
     return replace(segmentation, labels=labels, regions=regions, skin=skin, shadow=shadow)
 
 
-def _moved(points, box):
-    """Points [L, 2] in pixels of a box of rows and columns."""
-    return points[:, :2] - [box[1].start, box[0].start]
-
-
 def _mend(labels, regions, skin, encoded, points, mm):
     """Write what glasses hide, and what they do not, into planes [h, w] of a part of a photo."""
     labelled = regions == GLASSES
     lens = labels == LENS
-    here = labelled | (_around(labelled | lens, lens, mm) & (regions == SKIN) & (labels != BROWS))
+    here = labelled | (
+        _near_rims(labelled | lens, lens, mm) & (regions == SKIN) & (labels != BROWS)
+    )
     found = here & _frames(labels, regions, here, encoded, points, mm)
     labels[found & np.isin(labels, (LENS, SKIN))] = GLASSES
     regions[found] = GLASSES
@@ -60,7 +58,7 @@ def _mend(labels, regions, skin, encoded, points, mm):
     _unwrap(skin, regions, labelled, here, mm)
 
 
-def _around(worn, lens, mm):
+def _near_rims(worn, lens, mm):
     """Where [h, w] rims may go on: beside glasses, but not well within a lens."""
     off, inside = (
         cv2.distanceTransform(np.uint8(mask), cv2.DIST_L2, 3) / mm for mask in (~worn, lens)

@@ -16,6 +16,7 @@ import numpy as np
 from bakery import landmarks as marks
 from bakery.geometry.curve import nearest_on
 from bakery.geometry.fill import smoothstep
+from bakery.geometry.masks import disk
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import Atlas, uv_polygon
 
@@ -103,8 +104,7 @@ def levelled(
 
     light, skin = (cv2.resize(p, small, interpolation=cv2.INTER_AREA) for p in (light * skin, skin))
     smooth = blur(light) / np.maximum(blur(skin), 1e-3)
-    side = 2 * round(radius / texel / shrink) + 1
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    disc = disk(round(radius / texel / shrink))
     far = np.float32(99)  # what is no skin neither fills nor is filled
     raised = cv2.dilate(np.where(skin > 0, smooth, -far), disc)
     level = blur(cv2.erode(np.where(skin > 0, raised, far), disc))

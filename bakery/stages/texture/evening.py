@@ -13,6 +13,7 @@ import numpy as np
 
 from bakery.geometry.color import LUMA
 from bakery.geometry.fill import diffuse, normalized_blur, smoothstep, soft_limit, sparse_blur
+from bakery.geometry.masks import disk
 
 FINE, WIDE = 1 / 70, 1 / 25  # of the atlas's side: what is finer is detail; the field is as wide
 RIM = 1 / 60  # of the atlas's side: tones of borders off the face are the least sure
@@ -33,10 +34,7 @@ LOST = (0.5, 0.9)  # log lost to shadow off the face: detail stays up to it, and
 EDGE = (0.2, 0.4)  # log of what is lifted, over FINE: a shadow's edge, which is filled in
 TINGED = (0.1, 0.25)  # log of a colour beside luminance: of skin, and of a border that is none
 SHADY = (0.3, 0.6)  # the same of luminance
-DOUBT = (
-    0.3,
-    0.9,
-)  # how far skin is known, by which its tone is as little believed as a border's, and fully
+DOUBT = (0.3, 0.9)  # how far skin is known: its tone is as little believed as a border's, and fully
 UNSEEN = 0.003  # how strongly unseen skin leans to what is likely, against its borders
 
 
@@ -192,8 +190,7 @@ def _strange(ratio: np.ndarray, known: np.ndarray) -> np.ndarray:
     small = (max(size // 4, 1),) * 2  # the disc is wide, and its cost grows with the square of that
     firm = np.uint8(cv2.resize(known, small, interpolation=cv2.INTER_AREA) > 0.8)
     width = int(WIDE * small[0]) | 1
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
-    closed = cv2.morphologyEx(firm, cv2.MORPH_CLOSE, disc).astype(np.float32)
+    closed = cv2.morphologyEx(firm, cv2.MORPH_CLOSE, disk(width / 2)).astype(np.float32)
     closed = cv2.resize(closed, (size, size), interpolation=cv2.INTER_LINEAR)
     gray = ratio @ LUMA
     tint = np.abs(ratio - gray[..., None]).max(2)
@@ -213,8 +210,7 @@ def _well_known(known: np.ndarray, width: float) -> np.ndarray:
 
     Soft: a place that is known by four fifths is no border, and skin there is not another's.
     """
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * int(0.65 * width) + 1,) * 2)
-    least = cv2.erode(known, disc, borderType=cv2.BORDER_REPLICATE)
+    least = cv2.erode(known, disk(0.65 * width), borderType=cv2.BORDER_REPLICATE)
     return np.float32(smoothstep(*DOUBT, cv2.GaussianBlur(least, (0, 0), 0.2 * width)))
 
 

@@ -71,10 +71,11 @@ def alike(textures: list[np.ndarray], irises: list[np.ndarray]) -> list[np.ndarr
     tones = [np.median(t[i > 0.9], 0) for t, i in zip(textures, irises) if (i > 0.9).any()]
     if len(tones) < 2:
         return textures
-    apart = np.log(np.maximum(tones[0], 1e-4) / np.maximum(tones[1], 1e-4))
-    darker = int(apart @ LUMA > 0)
-    size = abs(float(apart @ LUMA))
-    gain = (-1) ** (1 - darker) * apart * max(size - TWO_TONES, 0.0) / max(size, 1e-6)
+    log = np.log(np.maximum(tones, 1e-4))
+    darker = int(np.argmin(log @ LUMA))
+    apart = log[1 - darker] - log[darker]
+    size = float(apart @ LUMA)
+    gain = apart * max(size - TWO_TONES, 0.0) / max(size, 1e-6)
     gain = np.clip(gain, -MOST_LIT, MOST_LIT).astype(np.float32)
     out = list(textures)
     out[darker] = out[darker] * np.exp(irises[darker][..., None] * gain)

@@ -7,6 +7,7 @@ import numpy as np
 
 from bakery.geometry.color import LUMA
 from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
+from bakery.geometry.masks import disk
 from bakery.geometry.noise import value_noise
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
@@ -281,8 +282,7 @@ def _without_cracks(known):
     In such a crack hair would be made up: a dashed dark line along the hairline.
     """
     width = int(len(known) / CRACK) | 1
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
-    return cv2.morphologyEx(known, cv2.MORPH_CLOSE, kernel)
+    return cv2.morphologyEx(known, cv2.MORPH_CLOSE, disk(width / 2))
 
 
 def beside_scalp(growth: np.ndarray) -> np.ndarray:
@@ -292,8 +292,7 @@ def beside_scalp(growth: np.ndarray) -> np.ndarray:
         growth: [T, T] 0..1, the scalp.
     """
     width = int(HAIRLINE * len(growth)) | 1
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
-    near: np.ndarray = cv2.GaussianBlur(cv2.dilate(growth, kernel), (0, 0), width / 6)
+    near: np.ndarray = cv2.GaussianBlur(cv2.dilate(growth, disk(width / 2)), (0, 0), width / 6)
     return near
 
 

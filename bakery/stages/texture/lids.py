@@ -5,6 +5,7 @@ import numpy as np
 
 from bakery.generators.lids import LidSkin
 from bakery.geometry.fill import diffuse, smoothstep
+from bakery.geometry.masks import disk
 from bakery.geometry.noise import value_noise
 from bakery.landmarks import LIDS_LOWER, LIDS_UPPER
 
@@ -57,7 +58,7 @@ def lid_skin(head, neutral, texture, atlas):
     color = diffuse(small, known)
     # A closing takes the thin dark lashes and leaves the shading of the fold; what stays much darker
     # than the skin around was make-up or a whole row of lashes.
-    thin = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size // 90 | 1, size // 90 | 1))
+    thin = disk((size // 90 | 1) / 2)
     lid = np.maximum(*(cv2.GaussianBlur(m, (0, 0), 1) for m in masks))[..., None]
     bare = cv2.morphologyEx(small * lid + color * (1 - lid), cv2.MORPH_CLOSE, thin)
     bare = cv2.GaussianBlur(bare, (0, 0), size / 500)

@@ -9,6 +9,7 @@ import numpy as np
 
 from bakery.geometry.color import LUMA
 from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
+from bakery.geometry.masks import disk
 
 SHADED = (0.3, 0.7)  # of the cast shadow's matte: tones are believed up to it, and not from it on
 EDGE = 1 / 170  # width of a shadow's edge, of the atlas's side
@@ -67,7 +68,7 @@ def odd(gap: np.ndarray) -> np.ndarray:
         gap: of `darkness`.
     """
     width = int(RIM * len(gap)) | 1
-    out: np.ndarray = cv2.dilate(np.float32(smoothstep(*ODD, np.abs(gap))), _disc(width))
+    out: np.ndarray = cv2.dilate(np.float32(smoothstep(*ODD, np.abs(gap))), disk(width / 2))
     return out
 
 
@@ -92,14 +93,10 @@ def _tone(albedo: np.ndarray, weight: np.ndarray, width: float = FINE) -> np.nda
 def _hard(tone: np.ndarray) -> np.ndarray:
     """How surely [T, T] 0..1 a hard shadow ends near: its log tone is steep."""
     slope = np.hypot(*np.gradient(tone)) * FINE * len(tone)
-    return cv2.dilate(np.float32(smoothstep(*HARD, slope)), _disc(int(RIM * len(tone)) | 1))
+    return cv2.dilate(np.float32(smoothstep(*HARD, slope)), disk((int(RIM * len(tone)) | 1) / 2))
 
 
 def _border(dark: np.ndarray, width: int) -> np.ndarray:
     """1 where a mask [T, T] uint8 ends, half the width to both sides, 0 elsewhere."""
-    disc = _disc(width)
+    disc = disk(width / 2)
     return (cv2.dilate(dark, disc) - cv2.erode(dark, disc)).astype(np.float32)
-
-
-def _disc(width: int) -> np.ndarray:
-    return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))

@@ -101,7 +101,8 @@ def train(
     torch.backends.cudnn.benchmark = True  # all batches have one shape
     torch.manual_seed(options.seed)
     network, averaged = (SegmentNet().to(device, memory_format=torch.channels_last) for _ in "ab")
-    if options.begin:
+    checkpoint = run / CHECKPOINT
+    if options.begin and not checkpoint.exists():
         begin(network, Path(options.begin), _stack(pictures.batch()))
     averaged.load_state_dict(network.state_dict())
     averaged.eval()
@@ -109,7 +110,6 @@ def train(
         network.parameters(), weight_decay=options.weight_decay, fused=device == "cuda"
     )
     modules, optimizers = {"network": network, "averaged": averaged}, {"adam": optimizer}
-    checkpoint = run / CHECKPOINT
     step = runs.load_checkpoint(checkpoint, modules, optimizers) if checkpoint.exists() else 0
     weight = losses.weights(device)
     started = saved = time.monotonic()
@@ -246,7 +246,7 @@ class Data:
             some = self.held.rows(slice(start, start + 16))
             at = (torch.arange(len(some), device=counts.device) + start) % len(self.backdrops)
             batch = augment.cut(some, self.backdrops[at], 0.0)
-            answer = network(torch.cat([batch.image, outlines(batch.points)], 1))[0].argmax(1)
+            answer = network(_stack(batch))[0].argmax(1)
             known = batch.label != portrait.UNSURE
             pair = batch.label[known] * classes + answer[known]
             counts += torch.bincount(pair, minlength=classes * classes)

@@ -8,6 +8,7 @@ import numpy as np
 
 from bakery import landmarks as marks
 from bakery.detectors import portrait
+from bakery.stages.segment.frame import draw_polygon
 
 LIST = Path(__file__).with_name("doubt.json")  # {name of a photo of congress/train: [fault, ...]}
 
@@ -24,7 +25,6 @@ FAULTS = {
     "neck": "clothes are called skin, or skin clothes",
     "outline": "the person is cut, or has some of the backdrop",
     "lips": "the mouth is off",
-    "all": "nothing is of use",
 }
 NEAR_EARS = 0.4  # of the eye distance around an ear's root
 LOW_HAIR = 0.3  # of the squared eye distance: less hair than that below the nose is a collar
@@ -97,32 +97,22 @@ def where(fault: str, label: np.ndarray, points: np.ndarray) -> np.ndarray:
         return np.isin(label, classes)
 
     skin = called(portrait.SKIN, portrait.EARS, portrait.NECK)
-    chosen = {
-        "collar": lambda: called(portrait.HAIR) & (rows > nose),
-        "locks": lambda: (
-            ~called(portrait.HAIR, portrait.BACKGROUND)
-            & (rows > nose)
-            & (np.abs(columns - chin[0]) > 0.4 * unit)
-        ),
-        "bald": lambda: called(portrait.HAIR) & (rows < eyes),
-        "top": lambda: skin & ((rows < brows) | ~_face(points, label.shape)),
-        "ears": lambda: (ears[0] | ears[1]) & (skin | called(portrait.HAIR)),
-        "eyewear": lambda: _band(rows, brows - 0.2 * unit, nose) & ~called(portrait.BACKGROUND),
-        "brow": lambda: _band(rows, brows - 0.2 * unit, eyes + 0.2 * unit),
-        "beard": lambda: (rows > nose) & (skin | called(portrait.BEARD, portrait.HAIR)),
-        "neck": lambda: (rows > chin[1]) & (skin | called(portrait.CLOTH)),
-        "outline": lambda: ~_face(points, label.shape) & ~called(portrait.EARS),
-        "lips": lambda: called(portrait.LIPS, portrait.MOUTH),
-    }[fault]  # fmt: skip
-    return np.broadcast_to(chosen(), label.shape)
-
-
-def _band(rows, top, bottom):
-    return (rows > top) & (rows < bottom)
-
-
-def _face(points, shape):
-    """The inside of the face contour [H, W] bool."""
-    inside = np.zeros(shape, np.uint8)
-    ring = np.round((points[marks.OVAL, :2] - 0.5) * 16).astype(np.int32)
-    return cv2.fillPoly(inside, [ring], 1, shift=4) > 0
+    hair, backdrop = called(portrait.HAIR), called(portrait.BACKGROUND)
+    aside = np.abs(columns - chin[0]) > 0.4 * unit
+    face = np.zeros(label.shape, np.uint8)
+    draw_polygon(face, points[marks.OVAL, :2], 1)
+    under = rows > brows - 0.2 * unit
+    found: np.ndarray = {
+        "collar": hair & (rows > nose),
+        "locks": ~(hair | backdrop) & (rows > nose) & aside,
+        "bald": hair & (rows < eyes),
+        "top": skin & ((rows < brows) | (face == 0)),
+        "ears": (ears[0] | ears[1]) & (skin | hair),
+        "eyewear": under & (rows < nose) & ~backdrop,
+        "brow": np.broadcast_to(under & (rows < eyes + 0.2 * unit), label.shape),
+        "beard": (rows > nose) & (skin | hair | called(portrait.BEARD)),
+        "neck": (rows > chin[1]) & (skin | called(portrait.CLOTH)),
+        "outline": (face == 0) & ~called(portrait.EARS),
+        "lips": called(portrait.LIPS, portrait.MOUTH),
+    }[fault]
+    return found

@@ -64,7 +64,7 @@ def read_portrait(
         return None
     matrix = kept_matrix(points)
     label, shadow = _labels(image, points, found.person, whole, faults)
-    known = _inside(np.ones(image.shape[:2], np.uint8), matrix)
+    known = _inside(image.shape[:2], matrix)
     planes = [
         np.where(known, take(plane, matrix, nearest=True), portrait.UNSURE).astype(np.uint8)
         for plane in (label, found.person, shadow)
@@ -76,9 +76,9 @@ def read_portrait(
     )
 
 
-def _inside(inside, matrix, size=(portrait.SIDE, portrait.SIDE)):
-    """True for pixels of a picture of `size` that another one, full of 1, reaches."""
-    return cv2.warpAffine(inside, matrix, size, flags=cv2.INTER_NEAREST) > 0
+def _inside(shape, matrix, size=(portrait.SIDE, portrait.SIDE)):
+    """True for pixels of a picture of `size`, width first, that one of a `shape` reaches."""
+    return cv2.warpAffine(np.ones(shape, np.uint8), matrix, size, flags=cv2.INTER_NEAREST) > 0
 
 
 def _labels(image, points, person, whole, faults):
@@ -91,7 +91,8 @@ def _labels(image, points, person, whole, faults):
     label[(label == portrait.BACKGROUND) & (person == outline.PERSON)] = portrait.UNSURE
     label[person == outline.BACKDROP] = portrait.BACKGROUND
     # Where the network sees nothing, its border goes on.
-    seen = _inside(np.ones((portrait.SIDE,) * 2, np.uint8), _back(points), image.shape[1::-1])
+    back = cv2.invertAffineTransform(portrait.crop_matrix(points))
+    seen = _inside((portrait.SIDE, portrait.SIDE), back, image.shape[1::-1])
     label[~seen & (label != portrait.BACKGROUND)] = portrait.UNSURE
     if whole:
         label[doubt.collars(image, label, points)] = portrait.UNSURE
@@ -101,11 +102,6 @@ def _labels(image, points, person, whole, faults):
         label[doubt.where(fault, label, points)] = portrait.UNSURE
     lit = (label == portrait.SKIN) & (found.shadow < LIT)
     return label, np.where(lit, 0, portrait.UNSURE).astype(np.uint8)
-
-
-def _back(points):
-    """The [2, 3] map from the crop that the network sees to the photo."""
-    return cv2.invertAffineTransform(portrait.crop_matrix(points))
 
 
 def pack(sets: list[tuple[Path, str, str, bool]], output: Path) -> Iterator[dict]:
@@ -131,9 +127,8 @@ def pack(sets: list[tuple[Path, str, str, bool]], output: Path) -> Iterator[dict
             name, reason, one = path.relative_to(folder).as_posix(), None, None
             try:
                 image = np.round(read_photo(path).encoded * 255).astype(np.uint8)
-                faults = known.get(path.stem, [])
-                one = None if "all" in faults else read_portrait(image, points, whole, faults)
-                reason = None if one is not None else "labels" if "all" in faults else "backdrop"
+                one = read_portrait(image, points, whole, known.get(path.stem, ()))
+                reason = "backdrop" if one is None else None
             except BakeryError as error:
                 reason = str(error)
             if one is not None:
