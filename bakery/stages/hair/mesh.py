@@ -30,8 +30,8 @@ ASIDE = (
 )  # degrees from the camera: a fringe hangs before the face, a temple's hair lies on it
 EARS = 85.0, 95.0  # degrees from the middle of the face, from which an ear stands before the skin
 TEMPLE = 9.0, 5.0  # rows below the equator from which hair beside the face hangs
-BESIDE = 8.0  # mm that the cap ends before a hairline beside the face: single hairs are drawn on the skin
-RISE = 14.0  # mm over which it rises from its border
+BESIDE = 3.0  # mm that the cap ends before a hairline beside the face: single hairs are drawn on the skin
+RISE = 8.0  # mm over which it rises from its border
 ENDS = 3  # rows above the end of hanging hair at which its core ends
 FINE, COARSE = (2, 2), (4, 4)  # rows and columns of the chart between the cap's vertices
 HANGS = 16  # rows below the equator from which the cap has an inner side

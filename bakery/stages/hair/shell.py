@@ -35,6 +35,8 @@ RISE = 14.0  # mm from the hairline over which hair rises to its height
 TALL = 45.0  # mm: what stands out farther is a knot, which the back does not have
 BACK = (0.4, 0.7)  # of the way behind the ears, from where on hair lies on all of the skin
 EAR_SEEN = 90.0  # mm2 of an ear in the photo, from which hair hangs behind it
+EAR = np.array([75.0, -20.0, 0.0])  # mm from the chart's middle: the upper half of the left ear
+LOW = 25.0  # mm below that, from where on only a lobe is seen, which hair that hangs over an ear leaves
 LOBES = slice(DOME + 10, DOME + 14)  # rows of the chart beside them
 OFF = 18.0  # mm off the skin from which hair hangs
 AIR = 12.0  # mm off the skin from which its tips are in the air
@@ -227,17 +229,31 @@ def _base(
     )  # there is no ear that hair would lie before
     out = chart.skull + back * (chart.ears - chart.skull)
     wide = cv2.dilate(chart.ears.astype(np.float32), np.ones((3, 3))) + 2
-    ends = chart.center + np.array([[-75.0, -20, 0], [75.0, -20, 0]])
-    right, left = portrait.pixels(ends)[0][:, 0]
-    seen = np.flatnonzero(portrait.ears.any(0))
-    of_left = np.abs(seen - left) < np.abs(seen - right)
-    area = portrait.ears.sum(0)[seen] / portrait.scale**2
-    hidden = bool(area[~of_left].sum() < EAR_SEEN), bool(area[of_left].sum() < EAR_SEEN)
+    right, left = portrait.pixels(chart.center + [EAR * (-1, 1, 1), EAR])[0]
+    columns = np.arange(portrait.ears.shape[1])
+    of_left = np.abs(columns - left[0]) < np.abs(columns - right[0])
+    sides = zip((right, left), beside, (~of_left, of_left))
+    hidden = tuple(
+        _hidden(portrait.ears[:, of], at_[1], under, portrait.scale) for at_, under, of in sides
+    )
     covered = ears_under(hidden, tuple(beside.tolist()), front)
     for side, under in zip((charts.azimuth() < 0, charts.azimuth() > 0), covered):
         if under:
             out[:, side] = wide[:, side]
     return charts.smooth(out, 3.0), covered
+
+
+def _hidden(ear: np.ndarray, upper: float, beside: bool, scale: float) -> bool:
+    """Whether hair hides an ear.
+
+    Args:
+        ear: [H, n] bool, what is labelled so on its side.
+        upper: row of its upper half.
+        beside: whether hair is beside its lobe: of what hangs over it, that alone looks out.
+        scale: pixels a millimetre.
+    """
+    rows = np.flatnonzero(ear.any(1))
+    return bool(ear.sum() < EAR_SEEN * scale**2 or (beside and rows[0] > upper + LOW * scale))
 
 
 def _hanging(base: np.ndarray) -> np.ndarray:

@@ -57,7 +57,9 @@ RAGGED = (0.7, 0.4)
 COMB = 90  # share of the atlas that its teeth are wide
 # Cosine: made-up hair has the tone of the hair around its pixel, not and wholly.
 NEARBY = (0.03, 0.15)
-LOCK = (1.6, 22.0)  # mm, width and length of the locks that are made up
+# Width and length of the locks that are made up, and of their hairs, mm, and how much of each.
+STRANDS_OF = ((3.2, 26.0, 0.5), (1.3, 18.0, 0.65), (0.6, 11.0, 0.55))
+BACKWARDS = 0.6  # how far hair goes back as it goes down, at the sides
 ON_SKIN = (89.0, 82.0)  # degrees: off the scalp the photo says nothing beyond the first
 BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
 CRACK = 80  # share of the atlas that cracks between what the labels tell are wide, at most
@@ -242,7 +244,7 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     if lock.sum() < 1e-4 * len(pixels):
         return np.concatenate([color, np.ones_like(color[..., :1])], -1) * shown[..., None]
     sure = cv2.erode((lock > 0.9).astype(np.float32), np.ones((5, 5), np.uint8)) * growth
-    noise = atlas.paint(locks(head, atlas, *LOCK))
+    noise = atlas.paint(sum(share * locks(head, atlas, *size) for *size, share in STRANDS_OF))
     fray = FRAYED * atlas.paint(locks(head, atlas, *FRAY))
     line = single_hairs(smoothstep(0.1, 0.9, grown + fray), rank)
     unseen = (1 - seen) * strip * line * (1 - lost) * (1 - atlas.paint(on_ears(head, atlas)))
@@ -344,12 +346,14 @@ def both_sides(values, seen):
 
 
 def locks(head: HeadModel, atlas: Atlas, width: float, length: float) -> np.ndarray:
-    """Noise [n] of unit strength in locks of so many mm that run down from the crown."""
+    """Noise [n] of unit strength in locks of so many mm that run down from the crown, and back at the sides."""
     points = atlas.at(head.mean)
     out = points - [0.0, points[:, 1].max() - 95, points[:, 2].mean()]
     radius = np.linalg.norm(out, axis=1)
     down = np.arccos(np.clip(out @ CROWN / radius, -1, 1))
     around = np.arctan2(out[:, 0], -out[:, 1] * CROWN[2] + out[:, 2] * CROWN[1])
+    # Along a strand it is d(around) / d(down) = BACKWARDS sin(around): the azimuth that it had at the top.
+    around = 2 * np.arctan(np.tan(around / 2) * np.exp(-BACKWARDS * down))
     ring = radius * np.sin(np.clip(down, 0.3, np.pi))
     places = np.stack(
         [np.cos(around) * ring / width, np.sin(around) * ring / width, down * radius / length], 1

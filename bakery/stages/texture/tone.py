@@ -21,7 +21,7 @@ FITTED = 256  # texels on a side, at which amounts are found
 # The basis counts within the face's contour and fades into one plain tone towards it: beyond, and before
 # the ears, people's hair and grazing light are in it. Scale of the contour, of its width alone, and blur
 # over the atlas's side.
-WITHIN, NARROW, FADE = 0.92, 0.72, 1 / 35
+WITHIN, NARROW, FADE = 0.92, 0.58, 1 / 35
 # What the modes leave of a texel, as a standard deviation of the logarithm, times the square root of the
 # texels that err alike (about 300 of FITTED).
 NOISE = 5.0
