@@ -30,10 +30,9 @@ HANGING = 15.0  # mm along which what hides the face touches the hair that it ha
 INNER, HALO = 1.6, 3.0  # mm from what is no hair, and from the backdrop: nearer, colours are mixed
 # mm from skin up to which it may show in hair, and in skin from its border, where it surely is.
 HAIRLINE, BARE = 12.0, 3.0
-LIKE_SKIN = (
-    0.6,
-    0.3,
-)  # of the way from the skin's colour to the hair's: hair from there on, none up to there
+# Of the way from the skin's colour to the hair's: none up to there, hair from there on, and its own colour.
+LIKE_SKIN, MIXED = (0.15, 0.4), (0.3, 0.6)
+PATCH = 1.5  # mm over which that is taken: a comb of single strands is no hairline
 APART = (
     0.15,
     0.3,
@@ -129,7 +128,9 @@ def look(
     level = float(cameras.project(np.zeros(3), cut)[1])
     hair = _matte(picture, solid, regions, scale_mm)
     hair = hair * _unlike_backdrop(picture, hair, regions == BACKGROUND, level, scale_mm)
-    hair = hair * _unlike_skin(picture, hair, labels == SKIN, scale_mm)
+    share = _unlike_skin(picture, hair, labels == SKIN, scale_mm)
+    pure = hair * smoothstep(*MIXED, share)
+    hair = hair * smoothstep(*LIKE_SKIN, share)
     linear = to_linear(picture)
     points = cameras.to_camera(neutral, cut)
     faces = head.faces[head.part_faces("skin", "eye_left", "eye_right")]
@@ -142,7 +143,7 @@ def look(
     )
     return Portrait(
         cut, scale_mm, hair, solid, linear,
-        *_continued(linear, hair, regions == BACKGROUND, level, scale_mm),
+        *_continued(linear, pure, regions == BACKGROUND, level, scale_mm),
         regions == BACKGROUND, regions == SKIN, labels == EARS,
         warped(known, cv2.INTER_NEAREST) > 0,
         np.where(np.isfinite(found.depth), found.depth, NOTHING).astype(np.float32),
@@ -257,7 +258,7 @@ def _unlike_backdrop(picture, hair, backdrop, level, scale):
 
 
 def _unlike_skin(picture, hair, skin, scale):
-    """How surely a pixel [H, W] beside the face is not the skin that shows between strands, 0..1.
+    """How far a pixel [H, W] is on the way from the skin's colour to the hair's beside the face, 0..1; 1 elsewhere.
 
     Labels know a hairline to a few millimetres. What is left of temples in them is skin on hair.
     """
@@ -269,9 +270,10 @@ def _unlike_skin(picture, hair, skin, scale):
     if not inner.any():
         return np.ones_like(hair)
     bare, own = (diffuse(picture, mask.astype(np.float32)) for mask in (core, inner))
-    _, length, share = _on_the_way(picture, bare, own)
+    smooth = normalized_blur(picture, np.maximum(hair, skin), max(PATCH * scale, 0.3))
+    _, length, share = _on_the_way(smooth, bare, own)
     apart = smoothstep(*APART, np.sqrt(length)) * smoothstep(HAIRLINE, 0.7 * HAIRLINE, to_skin)
-    return (1 - apart * smoothstep(*LIKE_SKIN, share)).astype(np.float32)
+    return (1 - apart * (1 - np.clip(share, 0, 1))).astype(np.float32)
 
 
 def _on_the_way(picture, start, end):
