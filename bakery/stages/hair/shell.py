@@ -37,6 +37,7 @@ BACK = (0.4, 0.7)  # of the way behind the ears, from where on hair lies on all 
 EAR_SEEN = 90.0  # mm2 of an ear in the photo, from which hair hangs behind it
 EAR = np.array([75.0, -20.0, 0.0])  # mm from the chart's middle: the upper half of the left ear
 LOW = 25.0  # mm below that, from where on only a lobe is seen, which hair that hangs over an ear leaves
+PIERCED = 4.0  # mm that an ear stands off the skull
 LOBES = slice(DOME + 10, DOME + 14)  # rows of the chart beside them
 OFF = 18.0  # mm off the skin from which hair hangs
 AIR = 12.0  # mm off the skin from which its tips are in the air
@@ -135,6 +136,9 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
         falling = smoothstep(-2.0, RISE, charts.distance_inside(_without_hem(there > 0.5, free)))
         rise = np.where(hung, falling, np.minimum(rise, steep))
         radius = base + LEAST + tall * charts.smooth(rise, 5.0)
+    # Where an ear stands out farther than hair does, hair is behind it, and its ends would pierce it.
+    pierced = (chart.ears - chart.skull > PIERCED) & (radius < chart.ears)
+    there = np.where(pierced, 0, there)
     rows = np.flatnonzero((there > 0.5).any(1))
     lowest = charts.EQUATOR - (rows[-1] + 1 - DOME) * STEP if len(rows) else charts.EQUATOR
     return Shell(chart, base, radius, there, seen, slits, growth, float(chin - lowest))
