@@ -23,7 +23,7 @@ from bakery.stages.texture.mouth import mouth_landmarks
 from bakery.types import Camera, Textures
 
 SAMPLES = 2  # per pixel and axis
-SHOWN = ("skin", "mouth_sheet", "eye_cap_left", "eye_cap_right", "tongue")
+SHOWN = ("skin", "eye_socket", "mouth_sheet", "eye_cap_left", "eye_cap_right", "tongue")
 # The mouth proxy stands this far behind its place where it hides the tongue: else a tongue that comes
 # out would end at a line between the lips. At rest, and in each mouth that is baked, the tongue is
 # 15 mm behind it (9 mm with rolled lips), and the skin beside it hides as much of it as before.

@@ -136,7 +136,7 @@ def draw(folder, weights, view=(0, 0), gaze=None, size=512):
     far = 8.0 * (parts == "mouth_sheet")[:, None] - p[corners, 2]  # 6.3
     inverse = np.where(far > 1e-6, 1 / far, -1)
     best, seen, uv = np.zeros(fine), np.full(fine, -1), np.zeros((*fine, 2))
-    shown = part("skin", *PROXIES, "tongue", "cap")
+    shown = part("skin", "eye_socket", *PROXIES, "tongue", "cap")
     b, c = ((pixels[shown, k] - pixels[shown, 0]).T for k in (1, 2))
     for k in shown[(b[0] * c[1] < c[0] * b[1]) | (parts[shown] == "cap")]:
         at, shares, near = covered(pixels[k], inverse[k], best)
@@ -152,7 +152,7 @@ def draw(folder, weights, view=(0, 0), gaze=None, size=512):
     w = np.moveaxis(read(w, np.stack(np.meshgrid(side, side), -1)), -1, 0)[..., None]
     faces = exr(folder / "face.exr", ["neutral", *(key["part"] for key in table["keys"])])
     texture = (w * faces).sum(0) * (1 - layer[..., 3:]) + layer[..., :3]
-    on_skin, cap = (what == "skin") | (what == "tongue"), what == "cap"
+    on_skin, cap = np.isin(what, ("skin", "eye_socket", "tongue")), what == "cap"
     color[on_skin] = read(texture, uv[on_skin])
     away = np.subtract(gaze, table["gaze"]["directions"])  # 6.5
     nearest = (away**2).sum(1).argmin()

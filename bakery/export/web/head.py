@@ -13,6 +13,7 @@ from bakery.types import EXPRESSIONS
 PIECES = {  # name of the material -> parts; the proxies, then what lies behind the lips, then cards
     "skin": ("skin",),
     **{name: (name,) for name in PROXIES},
+    "eye_socket": ("eye_socket",),
     "inside": ("mouth_cavity",),
     "teeth": ("teeth_upper", "teeth_lower", "gums_upper", "gums_lower"),
     "tongue": ("tongue",),

@@ -4,7 +4,7 @@ import { AvatarError, EXPRESSIONS } from './data.js';
 import { decodeIndices, decodeVertices } from './meshopt.js';
 
 // The order in which the pieces are drawn. The first five are the image-based head, and its tongue.
-export const PIECES = ['eye_cap_left', 'eye_cap_right', 'skin', 'mouth_sheet', 'tongue', 'inside', 'teeth', 'tear', 'lashes'];
+export const PIECES = ['eye_cap_left', 'eye_cap_right', 'skin', 'mouth_sheet', 'tongue', 'eye_socket', 'inside', 'teeth', 'tear', 'lashes'];
 export const CARDS = PIECES.slice(7); // seen through, from both sides; old bundles lack them
 const MOST_VERTICES = 65535;
 

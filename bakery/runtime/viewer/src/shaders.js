@@ -215,7 +215,7 @@ vec3 heat(float x) {
   return clamp(vec3(1.9 * x, 2.4 * x - 0.7, 0.25 + 1.6 * x - 2.6 * x * x + 1.2 * x * x * x), 0.0, 1.0);
 }
 void main() {
-  if (part > 6u) { // lashes and tear line
+  if (part > 7u) { // lashes and tear line
     vec4 card = soft ? texture(hair, uv) : exactCard(uv);
     color = vec4(toEncoded(card.rgb), card.a * shows);
     return;

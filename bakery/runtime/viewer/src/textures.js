@@ -146,7 +146,7 @@ export class Textures {
     const runs = (names) => names.filter((name) => head.ranges[name]).map((name) => head.ranges[name]);
     const solid = PIECES.filter((name) => !CARDS.includes(name));
     this.runs = {
-      image: join(runs(solid.slice(0, 5))),
+      image: join(runs(solid.slice(0, 6))),
       geometry: join(runs(solid.filter((name) => name !== 'mouth_sheet'))),
       cards: this.hairy ? join(runs(CARDS)) : [],
     };
