@@ -5,7 +5,13 @@ import pytest
 
 from bakery.heads.scalp import ear_box, unrolled
 from bakery.landmarks import EYES
-from bakery.stages.hair.portrait import _unlike_backdrop, _unlike_skin, without_glare
+from bakery.stages.hair.portrait import (
+    LIKE_SKIN,
+    MIXED,
+    _unlike_backdrop,
+    _unlike_skin,
+    without_glare,
+)
 from bakery.stages.hair.sideburns import sideburns
 from bakery.stages.hair.temples import HEIGHTS, SOFT, Temples, temples_of
 
@@ -204,8 +210,16 @@ def _hairline(hair):
 
 
 def test_skin_in_labelled_hair_beside_the_face_is_none():
+    """Colours are taken over 1.5 mm: 2 mm, four rows, from the line they are told."""
     found = _unlike_skin(*_hairline((0.2, 0.15, 0.1)), 2.0)
-    assert found[51:60].max() < 0.05 and found[:50].min() > 0.95
+    assert found[54:60].max() < LIKE_SKIN[0] and found[:46].min() > MIXED[1]
+
+
+def test_thin_hair_beside_the_face_is_hair_of_no_colour_of_its_own():
+    picture, hair, skin = _hairline((0.2, 0.15, 0.1))
+    picture[50:60] = 0.55 * picture[99] + 0.45 * picture[0]
+    found = _unlike_skin(picture, hair, skin, 2.0)[55]
+    assert found.min() > LIKE_SKIN[1] and found.max() < MIXED[1]
 
 
 def test_fair_hair_beside_the_face_is_not_told_from_skin():

@@ -17,7 +17,7 @@ from bakery.stages.hair.directions import photographed
 from bakery.stages.hair.mesh import _clipped
 from bakery.stages.hair.portrait import look
 from bakery.stages.hair.presence import _held
-from bakery.stages.hair.shell import _beside_lobes, make_shell
+from bakery.stages.hair.shell import PIERCED, _beside_lobes, _hidden, make_shell
 from bakery.stages.segment import BACKGROUND, EARS, HAIR, HAT, SKIN, Segmentation
 from bakery.types import EXPRESSIONS, HAIR_TRIANGLES, Camera, Fit
 
@@ -269,6 +269,26 @@ def test_a_rim_beside_a_lobe_is_the_ear_itself(wide, hangs, head, fit):
     portrait = look(*painted(head, fit, right), fit, head, head.mean)
     found = _beside_lobes(portrait, chart_, cameras.position(fit.camera))
     assert found.tolist() == [hangs, False]
+
+
+@pytest.mark.parametrize(
+    "first, last, beside, hidden",
+    [(0, 0, False, True), (20, 80, True, False), (60, 80, True, True), (60, 80, False, False)],
+)
+def test_a_lobe_alone_looks_out_of_hair_that_hangs_over_its_ear(first, last, beside, hidden):
+    """Rows of an ear 10 mm wide, whose upper half is at row 30; no rows: it is not seen at all."""
+    ear = np.zeros((100, 40), bool)
+    ear[first:last, 10:20] = True
+    assert _hidden(ear, 30.0, beside, 1.0) is hidden
+
+
+def test_no_hair_ends_within_an_ear(head, fit):
+    shell = make_shell(
+        look(*painted(head, fit, bob(head, fit, 12, -20)), fit, head, head.mean), head, head.mean
+    )
+    stands = shell.chart.ears - shell.chart.skull > PIERCED
+    within = stands & (shell.radius < shell.chart.ears)
+    assert within.any() and shell.there[within].max() == 0 and shell.there[~stands].max() > 0.9
 
 
 def test_triangles_are_cut_at_a_line():
