@@ -158,8 +158,13 @@ def segment(network: SegmentNet, image: np.ndarray, points: np.ndarray):
         picture = torch.from_numpy(crop).permute(2, 0, 1)[None].float() / 255
         shown = outlines(torch.from_numpy(np.ascontiguousarray(placed, np.float32))[None])
         stack = torch.cat([picture, shown], 1).contiguous(memory_format=torch.channels_last)
-        logits, shadow = network(stack)
-        return logits[0].softmax(0).numpy(), shadow[0].sigmoid().numpy(), matrix
+        # What it is sure of in one of both halves of a face and not in the mirrored one, it is half sure of.
+        logits, shadow = network(torch.cat([stack, stack.flip(3)]))
+        shares, dark = (
+            ((plane[0] + plane[1].flip(-1)) / 2).numpy()
+            for plane in (logits.softmax(1), shadow.sigmoid())
+        )
+        return shares, dark, matrix
 
 
 def take(image: np.ndarray, matrix: np.ndarray, side: int = portrait.SIDE, nearest: bool = False):

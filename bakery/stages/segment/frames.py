@@ -22,7 +22,9 @@ BROWN = 12.0  # CIELAB distance from a brow's colour, of its own hairs
 LENS = 150.0  # mm2 of a lens at least
 DARK_LENS = 6.0  # mm, half the width from which it is no brow
 RIM = 2.0  # mm on both sides of a lens's outline
+ON_RIM = 0.4  # of THIN, where a lens that has a rim has it
 RIMMED = 0.6  # of the outline: with so much of a rim, there is one all around
+OTHER = 0.6  # of that, where the other lens has one
 LASHES = 1.25  # times an eye's opening, within which lines are its lashes
 
 
@@ -69,7 +71,9 @@ def frames(
         if told.any():  # what is like the brow is one; a dark frame before it does not show
             like = length(lab - np.median(lab[told], 0)) < BROWN
             spared |= brow & like
-    spared &= ~_rims(lens, found, scale) & ~opened(found, DARK_LENS * scale)
+    rims = _rims(lens, found, scale)
+    found |= worn & rims & (line > ON_RIM)
+    spared &= ~rims & ~opened(found, DARK_LENS * scale)
     found &= ~spared
     _, number = cv2.connectedComponents((found | (faint & ~spared)).astype(np.uint8))
     large = np.bincount(number[found], minlength=number.max() + 1) > SPECK * scale**2
@@ -103,19 +107,22 @@ def _lines(lab, width):
 
 
 def _rims(lens, found, scale):
-    """The outlines [H, W] bool of lenses that have a rim: so much of them was found to be one."""
-    out = np.zeros_like(lens)
+    """The outlines [H, W] bool of lenses that have a rim: so much of them, or of the other, was found to be one."""
     wide = disk(np.ceil(RIM * scale))
     near = cv2.dilate(found.astype(np.uint8), wide) > 0
     whole = cv2.morphologyEx(lens.astype(np.uint8), cv2.MORPH_CLOSE, wide)
     count, number, stats, _ = cv2.connectedComponentsWithStats(whole)
+    lines, shares = [], []
     for one in range(1, count):
         if stats[one, cv2.CC_STAT_AREA] < LENS * scale**2:
             continue
         own = (number == one).astype(np.uint8)
-        line = (own > 0) & (cv2.erode(own, np.ones((3, 3), np.uint8)) == 0)
-        if near[line].mean() > RIMMED:
-            out |= (cv2.dilate(own, wide) > 0) & (cv2.erode(own, wide) == 0)
+        edge = (own > 0) & (cv2.erode(own, np.ones((3, 3), np.uint8)) == 0)
+        lines.append((cv2.dilate(own, wide) > 0) & (cv2.erode(own, wide) == 0))
+        shares.append(near[edge].mean())
+    least = RIMMED * (OTHER if max(shares, default=0) > RIMMED else 1)
+    rimmed = [line for line, share in zip(lines, shares) if share > least]
+    out: np.ndarray = np.any(rimmed, axis=0) if rimmed else np.zeros_like(lens)
     return out
 
 
