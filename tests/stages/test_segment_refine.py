@@ -36,12 +36,12 @@ def test_without_glasses_nothing_changes():
 
 
 def with_glasses(rim, brow=SKIN_TONE, thick=3):
-    """A face at 1.6 pixels a millimetre, a rim around each lens, and a band [H, W] that is labelled glasses."""
+    """A face at 1.6 pixels a millimetre, a rim around each lens, labelled so, and a wider region [H, W] of glasses."""
     scale = 1.6
     points = points_with_eyes(90.0 * scale)
     labels = np.full((220, 320), SKIN, np.uint8)
     photo = np.full((220, 320, 3), SKIN_TONE, np.float32)
-    band = np.zeros(labels.shape, np.uint8)
+    band, told = np.zeros((2, *labels.shape), np.uint8)
     for middle, brow_points in ((70, BROW_RIGHT), (180, BROW_LEFT)):
         box = (middle - 32, 82), (middle + 32, 128)
         points[brow_points, 0] = np.linspace(middle - 25, middle + 25, 10)
@@ -49,10 +49,11 @@ def with_glasses(rim, brow=SKIN_TONE, thick=3):
         cv2.rectangle(photo, (middle - 25, 70), (middle + 25, 78), brow, -1)
         cv2.rectangle(photo, *box, rim, thick)
         cv2.rectangle(band, *box, 1, 15)
+        cv2.rectangle(told, *box, 1, thick + 2)
         lens = np.zeros(labels.shape, np.uint8)
         cv2.rectangle(lens, *box, 1, -1)
         labels[lens > 0] = LENS
-    labels[(band > 0) & (labels == SKIN)] = GLASSES
+    labels[told > 0] = GLASSES
     regions = np.where(band > 0, GLASSES, SKIN).astype(np.uint8)
     skin = cv2.erode((band == 0).astype(np.uint8), np.ones((9, 9), np.uint8)).astype(np.float32)
     true = np.abs(photo - SKIN_TONE).max(-1) > 0.02
@@ -80,6 +81,13 @@ def test_rims_are_cut_to_their_width(rim):
     assert found.skin[true].max() == 0
 
 
+def test_a_labelled_rim_of_the_skins_colour_hides_the_face():
+    photo, segmentation, points, _ = with_glasses(SKIN_TONE)
+    told = segmentation.labels == GLASSES
+    found = refined(segmentation, photo, points)
+    assert (found.regions == GLASSES)[told].all() and found.skin[told].max() == 0
+
+
 def test_brows_above_a_rim_are_kept():
     photo, segmentation, points, _ = with_glasses((0.1, 0.1, 0.12), (0.4, 0.3, 0.25))
     found = refined(segmentation, photo, points)
@@ -101,7 +109,10 @@ def test_a_rim_is_followed_where_its_label_ends():
     labels, regions = segmentation.labels.copy(), segmentation.regions.copy()
     low = np.zeros(labels.shape, bool)
     low[110:150, 130:250] = True
+    lens = np.zeros(labels.shape, np.uint8)
+    cv2.rectangle(lens, (148, 82), (212, 128), 1, -1)
     labels[low & (labels == GLASSES)] = SKIN
+    labels[low & (lens > 0)] = LENS
     regions[low & (regions == GLASSES)] = SKIN
     skin = np.where(low, 1, segmentation.skin).astype(np.float32)
     found = refined(Segmentation(labels, skin, regions), photo, points)

@@ -31,7 +31,7 @@ INNER, HALO = 1.6, 3.0  # mm from what is no hair, and from the backdrop: nearer
 # mm from skin up to which it may show in hair, and in skin from its border, where it surely is.
 HAIRLINE, BARE = 12.0, 3.0
 # Of the way from the skin's colour to the hair's: none up to there, hair from there on, and its own colour.
-LIKE_SKIN, MIXED = (0.15, 0.4), (0.3, 0.6)
+LIKE_SKIN, MIXED = (0.15, 0.4), (0.5, 0.85)
 PATCH = 1.5  # mm over which that is taken: a comb of single strands is no hairline
 APART = (
     0.15,

@@ -19,7 +19,7 @@ RIM = 6.0  # mm around what was labelled glasses where skin was left out
 
 
 def refined(segmentation: Segmentation, encoded: np.ndarray, points: np.ndarray) -> Segmentation:
-    """The segmentation, with glasses cut to what looks so, and rims followed beyond their labels.
+    """The segmentation, with frames followed beyond their labels, and lenses hiding but what mirrors in them.
 
     Args:
         segmentation: of the photo.
@@ -50,10 +50,12 @@ def _mend(labels, regions, skin, encoded, points, mm):
         _near_rims(labelled | lens, lens, mm) & (regions == SKIN) & (labels != BROWS)
     )
     found = here & _frames(labels, regions, here, encoded, points, mm)
+    found |= (
+        labels == GLASSES
+    )  # rims of the skin's colour do not stand out from it, but are labelled
     labels[found & np.isin(labels, (LENS, SKIN))] = GLASSES
     regions[found] = GLASSES
     clear = here & ~found
-    labels[clear & (labels == GLASSES)] = SKIN
     regions[clear] = SKIN
     _unwrap(skin, regions, labelled, here, mm)
 
