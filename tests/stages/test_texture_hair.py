@@ -114,8 +114,9 @@ def test_hair_goes_on_around_the_head(head, seen):
     layer = hair_layer(*photo_with_hair_above(200), head, atlas, visibility)
     points = atlas.at(head.mean)
     texel = layer.reshape(-1, 4)[atlas.index]
-    back = (points[:, 2] < points[:, 2].min() + 30) & (points[:, 1] > points[:, 1].max() - 90)
-    assert texel[back, 3].min() > 0.9
+    # 6 mm above the nape's hairline: there single hairs thin out.
+    back = (points[:, 2] < points[:, 2].min() + 30) & (points[:, 1] > points[:, 1].max() - 84)
+    assert texel[back, 3].min() > 0.97
     # Locks lighten and darken; on the whole they keep the colour of what was photographed.
     np.testing.assert_allclose(np.median(texel[back, :3], 0), BROWN, rtol=0.1)
     nose = np.linalg.norm(points - head.landmarks(head.mean)[4], axis=1) < 15
