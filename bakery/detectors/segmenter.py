@@ -158,7 +158,7 @@ def segment(network: SegmentNet, image: np.ndarray, points: np.ndarray):
         picture = torch.from_numpy(crop).permute(2, 0, 1)[None].float() / 255
         shown = outlines(torch.from_numpy(np.ascontiguousarray(placed, np.float32))[None])
         stack = torch.cat([picture, shown], 1).contiguous(memory_format=torch.channels_last)
-        # What it is sure of in one of both halves of a face and not in the mirrored one, it is half sure of.
+        # The mean with the mirrored crop is surer than either: log-segment.md has what it gains.
         logits, shadow = network(torch.cat([stack, stack.flip(3)]))
         shares, dark = (
             ((plane[0] + plane[1].flip(-1)) / 2).numpy()
