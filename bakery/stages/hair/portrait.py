@@ -128,7 +128,7 @@ def look(
     level = float(cameras.project(np.zeros(3), cut)[1])
     hair = _matte(picture, solid, regions, scale_mm)
     hair = hair * _unlike_backdrop(picture, hair, regions == BACKGROUND, level, scale_mm)
-    share = _unlike_skin(picture, hair, labels == SKIN, scale_mm)
+    share = _share_of_hair(picture, hair, labels == SKIN, scale_mm)
     pure = hair * smoothstep(*MIXED, share)
     hair = hair * smoothstep(*LIKE_SKIN, share)
     linear = to_linear(picture)
@@ -257,7 +257,7 @@ def _unlike_backdrop(picture, hair, backdrop, level, scale):
     return (1 - apart * between * smoothstep(0.6, 0.25, share)).astype(np.float32)
 
 
-def _unlike_skin(picture, hair, skin, scale):
+def _share_of_hair(picture, hair, skin, scale):
     """How far a pixel [H, W] is on the way from the skin's colour to the hair's beside the face, 0..1; 1 elsewhere.
 
     Labels know a hairline to a few millimetres. What is left of temples in them is skin on hair.

@@ -50,9 +50,8 @@ def _mend(labels, regions, skin, encoded, points, mm):
         _near_rims(labelled | lens, lens, mm) & (regions == SKIN) & (labels != BROWS)
     )
     found = here & _frames(labels, regions, here, encoded, points, mm)
-    found |= (
-        labels == GLASSES
-    )  # rims of the skin's colour do not stand out from it, but are labelled
+    # Rims of the skin's colour do not stand out from it, but the network tells them.
+    found |= labels == GLASSES
     labels[found & np.isin(labels, (LENS, SKIN))] = GLASSES
     regions[found] = GLASSES
     clear = here & ~found

@@ -58,7 +58,7 @@ COMB = 90  # share of the atlas that its teeth are wide
 # Cosine: made-up hair has the tone of the hair around its pixel, not and wholly.
 NEARBY = (0.03, 0.15)
 # Width and length of the locks that are made up, and of their hairs, mm, and how much of each.
-STRANDS_OF = ((3.2, 26.0, 0.5), (1.3, 18.0, 0.65), (0.6, 11.0, 0.55))
+LOCKS = ((3.2, 26.0, 0.5), (1.3, 18.0, 0.65), (0.6, 11.0, 0.55))
 BACKWARDS = 0.6  # how far hair goes back as it goes down, at the sides
 ON_SKIN = (89.0, 82.0)  # degrees: off the scalp the photo says nothing beyond the first
 BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
@@ -244,7 +244,7 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     if lock.sum() < 1e-4 * len(pixels):
         return np.concatenate([color, np.ones_like(color[..., :1])], -1) * shown[..., None]
     sure = cv2.erode((lock > 0.9).astype(np.float32), np.ones((5, 5), np.uint8)) * growth
-    noise = atlas.paint(sum(share * locks(head, atlas, *size) for *size, share in STRANDS_OF))
+    noise = atlas.paint(sum(share * locks(head, atlas, *size) for *size, share in LOCKS))
     fray = FRAYED * atlas.paint(locks(head, atlas, *FRAY))
     line = single_hairs(smoothstep(0.1, 0.9, grown + fray), rank)
     unseen = (1 - seen) * strip * line * (1 - lost) * (1 - atlas.paint(on_ears(head, atlas)))
