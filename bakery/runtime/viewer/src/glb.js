@@ -3,9 +3,13 @@
 import { AvatarError, EXPRESSIONS } from './data.js';
 import { decodeIndices, decodeVertices } from './meshopt.js';
 
-// The order in which the pieces are drawn. The first five are the image-based head, and its tongue.
-export const PIECES = ['eye_cap_left', 'eye_cap_right', 'skin', 'mouth_sheet', 'tongue', 'eye_socket', 'inside', 'teeth', 'tear', 'lashes'];
-export const CARDS = PIECES.slice(7); // seen through, from both sides; old bundles lack them
+const NEEDED = ['eye_cap_left', 'eye_cap_right', 'skin', 'mouth_sheet']; // no bundle lacks them
+/** The image-based head. */
+export const IMAGE = [...NEEDED, 'tongue', 'eye_socket'];
+/** Seen through, from both sides; old bundles lack them. */
+export const CARDS = ['tear', 'lashes'];
+/** The order in which the pieces are drawn; shaders.js knows them by their place in it. */
+export const PIECES = [...IMAGE, 'inside', 'teeth', ...CARDS];
 const MOST_VERTICES = 65535;
 
 /**
@@ -42,7 +46,7 @@ export function parseHead(bytes) {
   const reach = scale[0] * 1000;
   const byName = new Map(mesh.primitives.map((one) => [document.materials[one.material].name, one]));
   const used = PIECES.filter((name) => byName.has(name));
-  if (PIECES.slice(0, 4).some((name) => !byName.has(name))) fail('lacks its skin, eyes or mouth');
+  if (NEEDED.some((name) => !byName.has(name))) fail('lacks its skin, eyes or mouth');
   const read = (index) => readAccessor(document, binary, index);
 
   const counts = used.map((name) => document.accessors[byName.get(name).attributes.POSITION].count);

@@ -235,7 +235,7 @@ void main() {
   } else {
     c = texture(face, uv).rgb;
     if (part == 2u) known = texture(coverage, uv).r;
-    else if (geometry) c *= shade(lips - place.y) * vec3(1.0, 0.93, 0.9); // light falls off behind the lips
+    else if (geometry && part != 5u) c *= shade(lips - place.y) * vec3(1.0, 0.93, 0.9); // light falls off behind the lips
   }
   if (layer == 1) {
     ivec3 size = textureSize(masks, 0);

@@ -2,7 +2,7 @@
 
 import { AvatarError, EXPRESSIONS, readPicture } from './data.js';
 import { Program, Target, emptyTexture } from './gl.js';
-import { CARDS, PIECES } from './glb.js';
+import { CARDS, IMAGE, PIECES } from './glb.js';
 import { FULL, PACK } from './shaders.js';
 
 const SHAPE_COLUMNS = 256;
@@ -146,7 +146,7 @@ export class Textures {
     const runs = (names) => names.filter((name) => head.ranges[name]).map((name) => head.ranges[name]);
     const solid = PIECES.filter((name) => !CARDS.includes(name));
     this.runs = {
-      image: join(runs(solid.slice(0, 6))),
+      image: join(runs(IMAGE)),
       geometry: join(runs(solid.filter((name) => name !== 'mouth_sheet'))),
       cards: this.hairy ? join(runs(CARDS)) : [],
     };
