@@ -1,9 +1,9 @@
 """Tell skin from hair, clothes, glasses and background in a portrait.
 
 By the segmentation network or, without it, by colour rules; both say what they found in the face
-frame (`prior`), and `enlarge` brings it to the photo's pixels, whose colours cut what is called glasses
-to its own width (`refine`). In doubt a pixel is not skin: what is left out is filled with the
-person's own skin later, what is let in by mistake shows as a smear.
+frame (`prior`), and `enlarge` brings it to the photo's pixels, whose colours say what lenses hide and
+where frames of glasses go on beyond their labels (`refine`). In doubt a pixel is not skin: what is left
+out is filled with the person's own skin later, what is let in by mistake shows as a smear.
 """
 
 import cv2

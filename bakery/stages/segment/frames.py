@@ -1,4 +1,4 @@
-"""The frames of glasses to their own width: lenses and skin beside thin rims can be seen."""
+"""Where the colours of a photo show frames of glasses: lenses and skin beside them can be seen."""
 
 import cv2
 import numpy as np

@@ -211,7 +211,8 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     def blurred(grid):
         return cv2.GaussianBlur((grid * inside).astype(np.float32), (0, 0), atlas.size / LINE)
 
-    rank = atlas.paint(ranked(locks(head, atlas, *HAIRS)))
+    along = strands(head, atlas)
+    rank = atlas.paint(ranked(locks(along, *HAIRS)))
     beside = 1 - uv_polygon(head, OVAL, 0.8, atlas.size)
     sides = 1 - uv_polygon(head, OVAL, 0.6, atlas.size)  # not of a nose
     labelled, ragged = here, smoothstep(*RAGGED, cosine) * sides
@@ -244,8 +245,8 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     if lock.sum() < 1e-4 * len(pixels):
         return np.concatenate([color, np.ones_like(color[..., :1])], -1) * shown[..., None]
     sure = cv2.erode((lock > 0.9).astype(np.float32), np.ones((5, 5), np.uint8)) * growth
-    noise = atlas.paint(sum(share * locks(head, atlas, *size) for *size, share in LOCKS))
-    fray = FRAYED * atlas.paint(locks(head, atlas, *FRAY))
+    noise = atlas.paint(sum(share * locks(along, *size) for *size, share in LOCKS))
+    fray = FRAYED * atlas.paint(locks(along, *FRAY))
     line = single_hairs(smoothstep(0.1, 0.9, grown + fray), rank)
     unseen = (1 - seen) * strip * line * (1 - lost) * (1 - atlas.paint(on_ears(head, atlas)))
     dark = np.log(np.maximum(color, 1e-3))  # dark hair stays dark beside its highlights
@@ -345,8 +346,11 @@ def both_sides(values, seen):
     return values + far[..., None] * (middle - values)
 
 
-def locks(head: HeadModel, atlas: Atlas, width: float, length: float) -> np.ndarray:
-    """Noise [n] of unit strength in locks of so many mm that run down from the crown, and back at the sides."""
+def strands(head: HeadModel, atlas: Atlas) -> np.ndarray:
+    """Places [n, 3] mm of an atlas's texels across, across and along strands that run down from the crown.
+
+    At the sides they run back, too.
+    """
     points = atlas.at(head.mean)
     out = points - [0.0, points[:, 1].max() - 95, points[:, 2].mean()]
     radius = np.linalg.norm(out, axis=1)
@@ -355,10 +359,12 @@ def locks(head: HeadModel, atlas: Atlas, width: float, length: float) -> np.ndar
     # Along a strand it is d(around) / d(down) = BACKWARDS sin(around): the azimuth that it had at the top.
     around = 2 * np.arctan(np.tan(around / 2) * np.exp(-BACKWARDS * down))
     ring = radius * np.sin(np.clip(down, 0.3, np.pi))
-    places = np.stack(
-        [np.cos(around) * ring / width, np.sin(around) * ring / width, down * radius / length], 1
-    )
-    found: np.ndarray = value_noise(places, 1.0, 7)
+    return np.stack([np.cos(around) * ring, np.sin(around) * ring, down * radius], 1)
+
+
+def locks(places: np.ndarray, width: float, length: float) -> np.ndarray:
+    """Noise [n] of unit strength in locks of so many mm, at places [n, 3] as of `strands`."""
+    found: np.ndarray = value_noise(places / (width, width, length), 1.0, 7)
     return found
 
 

@@ -21,6 +21,7 @@ from bakery.stages.texture.hair import (
     on_ears,
     ranked,
     single_hairs,
+    strands,
 )
 from bakery.types import HAIR_KINDS, Camera, HairMesh
 
@@ -132,7 +133,7 @@ def with_short_hair(layer: np.ndarray, cap: Cap, head: HeadModel) -> np.ndarray:
     rows = grid.reshape(-1, 4)[atlas.index]
     chosen = np.flatnonzero(rows[:, 3] > 0)
     rows, index = rows[chosen], atlas.index[chosen]
-    rank = ranked(locks(head, atlas, *HAIRS)[chosen])
+    rank = ranked(locks(strands(head, atlas)[chosen], *HAIRS))
     out = layer.reshape(-1, 4).astype(np.float32)
     alpha = single_hairs(rows[:, 3], rank) * (1 - out[index, 3])
     color = np.exp(rows[:, :3] + VARIED * (2 * rank[:, None] - 1))
