@@ -36,8 +36,9 @@ EAR = (
 SIDES = ("left", "right")  # the subject's
 NAMES = SHARED + tuple(f"ear_{name}_{side}" for side in SIDES for name in EAR)
 TRAGUS, JAW_CORNER, FOREHEAD, CHIN = (454, 234), (288, 58), 10, 152  # landmarks, left ones first
-# mm outside the landmarked face over which fields rise: of the skull, of jaw and neck, of the ears.
-SKULL_SOFT, SOFT, EAR_SOFT = 50.0, 24.0, 9.0
+# mm outside the landmarked face over which fields rise: of the skull, of the neck (over 24 a thick one has a
+# crease below the jaw, and the jaw's corner juts out over it), of jaw and shoulders, of the ears.
+SKULL_SOFT, NECK_SOFT, SOFT, EAR_SOFT = 50.0, 40.0, 24.0, 9.0
 RELIEF = (0.3, 5.0)  # mm above the membrane over which what stands out becomes ear
 LEAST_RELIEF = 4.0  # mm; less is no ear
 NECK = 50.0  # mm, radius of a neck
@@ -81,7 +82,9 @@ def outline_basis(head: HeadModel) -> Outline:
     depth, root_depth = (free * outside_face(head, points) for points in (places, root))
     fields = {}
     for name, field in _shared(head, root).items():
-        soft = SKULL_SOFT if name.startswith(("skull", "crown")) else SOFT
+        soft = {"skull": SKULL_SOFT, "crown": SKULL_SOFT, "neck": NECK_SOFT}.get(
+            name.split("_")[0], SOFT
+        )
         fields[name] = field * smoothstep(0, soft, root_depth)[:, None]
     fields |= _ears(head, places, root, relief, smoothstep(0, EAR_SOFT, depth)[:, None])
     matrix = np.stack([fields[name] for name in NAMES]).astype(np.float32)
@@ -161,7 +164,7 @@ def _shared(head, root):
     gonion = np.exp(
         -((y - corner[1]) ** 2 + (z - corner[2] + 16) ** 2) / (2 * 13.0**2)
     ) * smoothstep(20, 45, np.abs(x))
-    rise = smoothstep(corner[1] + 10, corner[1] - 25, y)
+    rise = smoothstep(corner[1] + 25, corner[1] - 15, y)
     fall = smoothstep(chin - 85, chin - 42, y)
     fields = {
         "skull_width": along(aside * smoothstep(corner[1], tragus[1] + 5, y)),

@@ -5,7 +5,7 @@ import pytest
 
 from bakery.geometry import mesh
 from bakery.heads.base import PARTS
-from bakery.heads.outline import NAMES, outline_basis, outline_offsets
+from bakery.heads.outline import JAW_CORNER, NAMES, outline_basis, outline_offsets
 from bakery.heads.scalp import ear_box, unrolled
 from bakery.landmarks import FACE
 from bakery.stages.fit.outline import population
@@ -34,6 +34,23 @@ def test_nothing_moves_inside_the_face(head):
         front = skin[(head.mean[skin, 2] > 0) & (np.abs(head.mean[skin, 1] + 20) < 65)]
         assert np.abs(moved[front]).max() < 0.5  # above the forehead the skull begins
         assert np.abs(moved).max() > 5
+
+
+def test_a_thick_neck_has_no_crease_below_the_jaw(head):
+    """Neighbouring faces there met at up to 47 degrees, 20 on the mean head: the jaw's corner jutted out."""
+    faces = head.faces[head.part_faces("skin")]
+    jaw = head.landmarks(head.mean)[list(JAW_CORNER), 1].mean()
+    middle = head.mean[faces].mean(1)
+    near = (np.abs(middle[:, 1] - jaw + 10) < 30) & (np.abs(middle[:, 0]) > 35)
+    faces = faces[near & (outline_basis(head).ear[faces].max(1) < 0.1)]
+    sides = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), 1)
+    order = np.lexsort(sides.T)
+    same = (sides[order][1:] == sides[order][:-1]).all(1)
+    pairs = np.stack([order[1:][same], order[:-1][same]], 1) // 3
+    outline = np.where(np.array(NAMES) == "neck_width", 20.0, 0.0)
+    normals = mesh.face_normals(head.mean + outline_offsets(head, outline), faces)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    assert (normals[pairs[:, 0]] * normals[pairs[:, 1]]).sum(1).min() > np.cos(np.radians(32))
 
 
 def swapped(name):

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 
 from bakery.geometry.color import LUMA
 from bakery.geometry.fill import normalized_blur
-from bakery.landmarks import LIPS_OUTER, MOUTH_CORNERS, NOSE_BASE
+from bakery.landmarks import LIPS_OUTER, MOUTH_CORNERS, NOSE_BASE, OVAL
 from bakery.stages.atlas import make_atlas, uv_polygon
 from bakery.stages.texture import calm
 
@@ -49,6 +49,15 @@ def test_streaks_are_brought_down_to_rest(head, face):
     away = (weight == 0) & (lips | (places[:, 1] > base + calm.UNDER_NOSE[0]))
     assert away.sum() > 2000
     assert_allclose(made[away], streaked[away], rtol=1e-6)
+
+
+def test_ears_keep_their_folds(head, face):
+    """The face's contour on the atlas reaches over the ears, whose folds were levelled with the cheeks."""
+    on_skin, places, _ = face
+    ears = places[:, 2] < head.landmarks(head.mean)[OVAL, 2].min()
+    streaked = streaks(places, 0.4)
+    made = calm.calmed(streaked, np.ones(len(places), np.float32), head, on_skin, 1.0)
+    assert_allclose(made[ears], streaked[ears], rtol=1e-6)
 
 
 def test_faint_unevenness_and_resting_faces_stay(head, face):

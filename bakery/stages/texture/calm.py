@@ -46,6 +46,7 @@ RINGS = (  # what has edges of its own, how much larger, and mm over which the s
 )
 WITHIN = 1.05  # of the face's contour
 FADE = 1 / 60  # of the atlas's side, over which the contour's border fades
+EARS = 0.0, 8.0  # mm before the contour's hindmost point, beside the ears, where nothing and all is changed
 # A beard is no fold: how much more detail of HAIRS (mm) there is than on the cheeks. On the chin, from
 # which on all stays from the mouth down (its corners, to both sides): shaven 0.9 to 1.2, bearded 1.3 to
 # 1.4. Above the lip, from which on all stays beside the moustache: shaven 1.3 to 2.7, for a smile folds it
@@ -217,6 +218,8 @@ def _cheeks(head: HeadModel, on_skin: Atlas) -> tuple[np.ndarray, float]:
     window = around(face > 0, 2)
     within = cv2.distanceTransform(face[window], cv2.DIST_L2, 5) * texel
     part = weight[window] * np.float32(smoothstep(0, FADE, within))
+    before = places[:, 2] - points[marks.OVAL, 2].min()  # an ear's folds are its own, in any face
+    part *= on_skin.paint(np.float32(smoothstep(*EARS, before)))[window]
     for ring, larger, fade in RINGS:
         inside = uv_polygon(head, ring, larger, size)[window].astype(np.uint8)
         away = cv2.distanceTransform(1 - inside, cv2.DIST_L2, 5) * texel

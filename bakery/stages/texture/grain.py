@@ -24,6 +24,7 @@ COARSEST = 3.0  # mm, wavelength above which it is tone
 PLAIN = (0.3, 1.7)  # local energy of plain skin, of the median's
 PIECES = 64  # fewest places to take them from before they are made smaller
 STRETCH = (0.5, 2.5)  # of texels, against those of the face, that pieces follow
+SHEAR = 1.5  # the same of how far texels lean
 
 
 def own_grain(
@@ -39,11 +40,11 @@ def own_grain(
     Returns:
         [T, T, 3] float32 log ratio to the tone; None where too little plain skin is seen.
     """
-    spacing = texel_sizes(vertices, atlas)
+    shape = texel_shapes(vertices, atlas)
     known = trusted > 0.9
     if not known.any():
         return None
-    usual = np.median(spacing[known], 0)
+    usual = np.median(shape[known][:, [0, 2]], 0)
     size = float(usual.mean())
     detail = fine_detail(albedo, trusted, COARSEST / size)
     energy = np.abs(detail @ LUMA) * known
@@ -61,7 +62,7 @@ def own_grain(
         radius *= 0.8
         if radius * size < SMALLEST:
             return None
-    return _laid(detail, centers, radius / STRETCH[1], spacing / usual, atlas, seed)
+    return _laid(detail, centers, radius / STRETCH[1], shape / usual[[0, 0, 1]], atlas, seed)
 
 
 def fine_detail(albedo: np.ndarray, weight: np.ndarray, sigma: float) -> np.ndarray:
@@ -71,17 +72,20 @@ def fine_detail(albedo: np.ndarray, weight: np.ndarray, sigma: float) -> np.ndar
     return out
 
 
-def texel_sizes(vertices: np.ndarray, atlas: Atlas) -> np.ndarray:
-    """Size of each texel along u and along v [T, T, 2] mm, smooth; 0 off the charts."""
+def texel_shapes(vertices: np.ndarray, atlas: Atlas) -> np.ndarray:
+    """Where a step of one texel leads on the skin [T, T, 3] mm, smooth; 0 off the charts.
+
+    How far along u; how far along that same direction, and how far across it, a step along v leads:
+    the triangular factor of the parametrization's Jacobian. Charts lean where they bend round a jaw.
+    """
     points = atlas.paint(atlas.at(vertices))
     inside = atlas.paint(np.ones(len(atlas.index), np.float32))
-    out = np.zeros(inside.shape + (2,), np.float32)
-    sigma = atlas.size / 128
-    for axis, side in ((0, 1), (1, 0)):
-        both = inside * np.roll(inside, -1, side)
-        step = np.linalg.norm(np.roll(points, -1, side) - points, axis=2)
-        out[..., axis] = normalized_blur(step, both, sigma)
-    return out
+    along_u, along_v = (np.roll(points, -1, side) - points for side in (1, 0))
+    known = inside * np.roll(inside, -1, 1) * np.roll(inside, -1, 0)
+    wide = np.linalg.norm(along_u, axis=2)
+    lean = (along_u * along_v).sum(2) / np.maximum(wide, 1e-6)
+    high = np.sqrt(np.maximum((along_v**2).sum(2) - lean**2, 0))
+    return normalized_blur(np.dstack([wide, lean, high]), known, atlas.size / 128)
 
 
 def _laid(
@@ -96,7 +100,7 @@ def _laid(
 
     Args:
         radius: texels, edge of the grid's triangles.
-        stretch: [T, T, 2] texel sizes along u and v, of the usual.
+        stretch: [T, T, 3] shapes of texels as of `texel_shapes`, of the usual.
     """
     y, x = np.divmod(atlas.index, atlas.size)
     place = np.stack([x, y], 1).astype(np.float32)
@@ -119,9 +123,11 @@ def _laid(
         key = (key ^ (key >> 13)) * 1274126177
         center = centers[(key ^ (key >> 16)) % len(centers)]
         at = np.clip(np.round(flat), 0, atlas.size - 1).astype(int)
-        scale = stretch[at[:, 1], at[:, 0]]
-        scale = np.where(scale > 0, np.clip(scale, *STRETCH), 1)
-        source = center + (place - flat) * scale + 0.5
+        wide, lean, high = stretch[at[:, 1], at[:, 0]].T
+        wide, high = (np.where(side > 0, np.clip(side, *STRETCH), 1) for side in (wide, high))
+        away = place - flat
+        skew = np.clip(lean, -SHEAR, SHEAR) * away[:, 1]
+        source = center + np.stack([wide * away[:, 0] + skew, high * away[:, 1]], 1) + 0.5
         total += shares[:, number : number + 1] * bicubic(detail, source.astype(np.float32))
     total /= np.sqrt((shares**2).sum(1))[:, None]
     return atlas.paint(total)
