@@ -46,7 +46,10 @@ RINGS = (  # what has edges of its own, how much larger, and mm over which the s
 )
 WITHIN = 1.05  # of the face's contour
 FADE = 1 / 60  # of the atlas's side, over which the contour's border fades
-EARS = 0.0, 8.0  # mm before the contour's hindmost point, beside the ears, where nothing and all is changed
+EARS = (
+    0.0,
+    8.0,
+)  # mm before the contour's hindmost point, beside the ears, where nothing and all is changed
 # A beard is no fold: how much more detail of HAIRS (mm) there is than on the cheeks. On the chin, from
 # which on all stays from the mouth down (its corners, to both sides): shaven 0.9 to 1.2, bearded 1.3 to
 # 1.4. Above the lip, from which on all stays beside the moustache: shaven 1.3 to 2.7, for a smile folds it
