@@ -6,6 +6,8 @@ import pytest
 from bakery.heads.scalp import ear_box, unrolled
 from bakery.landmarks import EYES
 from bakery.stages.hair.portrait import (
+    COLLAR,
+    HAIRLINE,
     LIKE_SKIN,
     MIXED,
     _share_of_hair,
@@ -211,23 +213,33 @@ def _hairline(hair):
 
 def test_skin_in_labelled_hair_beside_the_face_is_none():
     """Colours are taken over 1.5 mm: 2 mm, four rows, from the line they are told."""
-    found = _share_of_hair(*_hairline((0.2, 0.15, 0.1)), 2.0)
+    found = _share_of_hair(*_hairline((0.2, 0.15, 0.1)), HAIRLINE, 2.0)
     assert found[54:60].max() < LIKE_SKIN[0] and found[:46].min() > MIXED[1]
 
 
 def test_thin_hair_beside_the_face_is_hair_of_no_colour_of_its_own():
     picture, hair, skin = _hairline((0.2, 0.15, 0.1))
     picture[50:60] = 0.55 * picture[99] + 0.45 * picture[0]
-    found = _share_of_hair(picture, hair, skin, 2.0)[55]
+    found = _share_of_hair(picture, hair, skin, HAIRLINE, 2.0)[55]
     assert found.min() > LIKE_SKIN[1] and found.max() < MIXED[1]
 
 
 def test_fair_hair_beside_the_face_is_not_told_from_skin():
-    found = _share_of_hair(*_hairline((0.72, 0.58, 0.45)), 2.0)
+    found = _share_of_hair(*_hairline((0.72, 0.58, 0.45)), HAIRLINE, 2.0)
     assert found.min() > 0.95
 
 
 def test_without_skin_or_hair_nothing_is_taken():
     picture, hair, skin = _hairline((0.2, 0.15, 0.1))
-    assert _share_of_hair(picture, hair, np.zeros_like(skin), 2.0).min() == 1
-    assert _share_of_hair(picture, np.zeros_like(hair), skin, 2.0).min() == 1
+    assert _share_of_hair(picture, hair, np.zeros_like(skin), HAIRLINE, 2.0).min() == 1
+    assert _share_of_hair(picture, np.zeros_like(hair), skin, HAIRLINE, 2.0).min() == 1
+
+
+def test_a_collar_between_strands_is_none_of_the_hairs_colour():
+    """A white collar that was labelled hair, 10 mm of it, hung as white locks in a dark hem."""
+    picture, hair, clothes = _hairline((0.2, 0.15, 0.1))
+    picture[:30], picture[30:50] = (0.2, 0.15, 0.1), (0.8, 0.6, 0.5)
+    picture = np.concatenate([np.tile(picture[:1], (40, 1, 1)), picture])
+    hair, clothes = (np.pad(plane, ((40, 0), (0, 0)), mode="edge") for plane in (hair, clothes))
+    found = _share_of_hair(picture, hair, clothes, COLLAR, 2.0)
+    assert found[74:99].max() < MIXED[0] and found[:66].min() > MIXED[1]

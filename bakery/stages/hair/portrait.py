@@ -12,7 +12,16 @@ from bakery.geometry.masks import beside, disk, touching
 from bakery.geometry.raster import rasterize
 from bakery.heads.base import HeadModel
 from bakery.landmarks import EYES
-from bakery.stages.segment import BACKGROUND, EARS, HAIR, HAT, HIDDEN, SKIN, Segmentation
+from bakery.stages.segment import (
+    BACKGROUND,
+    CLOTHES,
+    EARS,
+    HAIR,
+    HAT,
+    HIDDEN,
+    SKIN,
+    Segmentation,
+)
 from bakery.types import Camera, Fit
 
 FINE = 1.6  # pixels a millimetre at most
@@ -28,8 +37,9 @@ ALIKE = 0.2  # distance of sRGB colours of what may be the same
 STRANGE = 0.5, 0.25
 HANGING = 15.0  # mm along which what hides the face touches the hair that it hangs from
 INNER, HALO = 1.6, 3.0  # mm from what is no hair, and from the backdrop: nearer, colours are mixed
-# mm from skin up to which it may show in hair, and in skin from its border, where it surely is.
-HAIRLINE, BARE = 12.0, 3.0
+# mm from skin and from clothes up to which they may show in hair, and within them from their border,
+# where they surely are.
+HAIRLINE, COLLAR, BARE = 12.0, 25.0, 3.0
 # Of the way from the skin's colour to the hair's: none up to there, hair from there on, and its own colour.
 LIKE_SKIN, MIXED = (0.15, 0.4), (0.5, 0.85)
 PATCH = 1.5  # mm over which that is taken: a comb of single strands is no hairline
@@ -128,8 +138,10 @@ def look(
     level = float(cameras.project(np.zeros(3), cut)[1])
     hair = _matte(picture, solid, regions, scale_mm)
     hair = hair * _unlike_backdrop(picture, hair, regions == BACKGROUND, level, scale_mm)
-    share = _share_of_hair(picture, hair, labels == SKIN, scale_mm)
-    pure = hair * smoothstep(*MIXED, share)
+    share = _share_of_hair(picture, hair, labels == SKIN, HAIRLINE, scale_mm)
+    # A collar that shows between strands is hair's, in shape; in colour it is not.
+    dressed = _share_of_hair(picture, hair, labels == CLOTHES, COLLAR, scale_mm)
+    pure = hair * smoothstep(*MIXED, np.minimum(share, dressed))
     hair = hair * smoothstep(*LIKE_SKIN, share)
     linear = to_linear(picture)
     points = cameras.to_camera(neutral, cut)
@@ -257,22 +269,26 @@ def _unlike_backdrop(picture, hair, backdrop, level, scale):
     return (1 - apart * between * smoothstep(0.6, 0.25, share)).astype(np.float32)
 
 
-def _share_of_hair(picture, hair, skin, scale):
-    """How far a pixel [H, W] is on the way from the skin's colour to the hair's beside the face, 0..1; 1 elsewhere.
+def _share_of_hair(picture, hair, other, reach, scale):
+    """How far a pixel [H, W] is on the way from the colour of what lies beside hair to the hair's, 0..1; 1 elsewhere.
 
     Labels know a hairline to a few millimetres. What is left of temples in them is skin on hair.
+
+    Args:
+        other: [H, W] bool, skin or clothes.
+        reach: mm from it, beyond which all is hair.
     """
-    core = cv2.distanceTransform(skin.astype(np.uint8), cv2.DIST_L2, 3) / scale > BARE
+    core = cv2.distanceTransform(other.astype(np.uint8), cv2.DIST_L2, 3) / scale > BARE
     if not core.any():
         return np.ones_like(hair)
-    to_skin = cv2.distanceTransform((~skin).astype(np.uint8), cv2.DIST_L2, 3) / scale
-    inner = (hair > 0.9) & (to_skin > HAIRLINE)
+    away = cv2.distanceTransform((~other).astype(np.uint8), cv2.DIST_L2, 3) / scale
+    inner = (hair > 0.9) & (away > reach)
     if not inner.any():
         return np.ones_like(hair)
     bare, own = (diffuse(picture, mask.astype(np.float32)) for mask in (core, inner))
-    smooth = normalized_blur(picture, np.maximum(hair, skin), max(PATCH * scale, 0.3))
+    smooth = normalized_blur(picture, np.maximum(hair, other), max(PATCH * scale, 0.3))
     _, length, share = _on_the_way(smooth, bare, own)
-    apart = smoothstep(*APART, np.sqrt(length)) * smoothstep(HAIRLINE, 0.7 * HAIRLINE, to_skin)
+    apart = smoothstep(*APART, np.sqrt(length)) * smoothstep(reach, 0.7 * reach, away)
     return (1 - apart * (1 - np.clip(share, 0, 1))).astype(np.float32)
 
 

@@ -62,7 +62,6 @@ HOLLOW, HOLLOW_SOFT, HOLLOW_BELOW, DEEP, FAINT = 15.0, 2.5, (18.0, 4.0), 0.45, 0
 # Above the lip: how much larger its ring is, of its shade what is filled, and mm: from lips and nose, where
 # none is and where all is, and the same below the nose's base.
 UPPER_LIP, SHADE, OFF_LIPS, OFF_NOSE, UNDER_NOSE = 1.15, 0.9, (0.5, 3.0), (0.5, 2.5), (1.0, -3.0)
-COARSE = 3.0  # pixels, standard deviation of a blur that needs no finer picture
 LIT = 0.01  # log by which it was made lighter, from which
 FADES = 6.0  # it loses detail that is finer than FINE: e to the power of so many times that
 FINE = 1.5  # mm
@@ -88,10 +87,10 @@ def calmed(
     weight = (share * weight * on_skin.paint(plain))[window] * (1 - beard)
     change, fine, known = np.zeros_like(log), log, (weight > 0).astype(np.float32)
     for width, *most in OCTAVES:
-        coarse = _blurred(log, known, width / texel)
+        coarse = normalized_blur(log, known, width / texel)
         luma = ((fine - coarse) @ LUMA)[..., None]
         for part, limit in zip((luma, fine - coarse - luma), most):
-            square = _blurred((part**2).mean(2), known, NEAR * width / texel)
+            square = normalized_blur((part**2).mean(2), known, NEAR * width / texel)
             gain = np.minimum(1, limit / np.sqrt(np.maximum(square, 1e-10)))
             change += part * (gain - 1)[..., None]
         fine = coarse
@@ -170,22 +169,6 @@ def _as_fine(made, colors, on_skin, rows, texel):
     out = made.copy()
     out[rows] = np.exp(smooth + (log - smooth) * np.exp(-FADES * lift)[:, None])
     return out
-
-
-def _blurred(values, known, sigma):
-    """`normalized_blur` of values [h, w] or [h, w, c], of wide blurs at a size at which they cost nothing."""
-    shrink = max(int(sigma / COARSE), 1)
-    if shrink == 1:
-        return normalized_blur(values, known, sigma)
-    height, width = known.shape
-    small = (-(-width // shrink), -(-height // shrink))
-    # Sums, not colours, are made smaller: what is not known has no weight.
-    deep = values.reshape(height, width, -1)
-    sums = np.dstack([deep * known[..., None], known])
-    sums = cv2.resize(sums, small, interpolation=cv2.INTER_AREA)
-    sums = cv2.GaussianBlur(sums, (0, 0), sigma / shrink)
-    sums = cv2.resize(sums, (width, height), interpolation=cv2.INTER_LINEAR)
-    return (sums[..., :-1] / np.maximum(sums[..., -1:], 1e-3)).reshape(values.shape)
 
 
 def _beard(head, on_skin, log, weight, window, texel):
