@@ -22,11 +22,14 @@ from bakery.stages.fit.lids import close_lids
 from bakery.stages.fit.outline import Seen, fit_outline
 from bakery.stages.fit.rest import (
     RestShape,
+    LIDS,
     at_rest,
     corner_moves,
     load_rest_shape,
     presence,
     rest_moves,
+    resting_lids,
+    with_lids,
 )
 from bakery.stages.fit.warp import residual_offsets
 from bakery.stages.segment import Segmentation, segment
@@ -69,7 +72,7 @@ def fit_portrait(
 
 
 def rested(head: HeadModel, fits: Sequence[Fit], options: TextureOptions) -> list[Fit]:
-    """The fits of one person's photos, and how their neutral head comes to rest (`Fit.rest`).
+    """The fits of one person's photos, and how their neutral head comes to rest (`Fit.rest`, `Fit.lids`).
 
     Photos that share a neutral head share what is known of it: one that rests leaves nothing to
     take off. Nothing is known of other heads than the one that the basis was learned with.
@@ -83,7 +86,15 @@ def rested(head: HeadModel, fits: Sequence[Fit], options: TextureOptions) -> lis
     if head.name != basis.head:
         return list(fits)
     sure = min(presence(head, one.expression) for one in fits)
-    return [replace(one, rest=sure * _moves_to_rest(head, basis, one)) for one in fits]
+    kept = [
+        resting_lids(
+            head, fitted_neutral(head, one), one.expression, presence(head, one.expression)
+        )
+        for one in fits
+    ]
+    lids = np.min(kept, axis=0)
+    rested = [replace(one, rest=sure * _moves_to_rest(head, basis, one)) for one in fits]
+    return [with_lids(one, lids) for one in rested]
 
 
 def _moves_to_rest(head: HeadModel, basis: RestShape, fit: Fit) -> np.ndarray:
@@ -119,8 +130,11 @@ def _as_photographed(head: HeadModel, fit: Fit) -> np.ndarray:
 
 
 def fitted_neutral(head: HeadModel, fit: Fit) -> np.ndarray:
-    """The neutral shape [V, 3] mm that was fitted, with its warp and outline, not yet at rest."""
+    """The neutral shape [V, 3] mm that was fitted, with its warp, lids and outline, not yet at rest."""
     offsets = residual_offsets(head, fit.residual)
+    if fit.lids.any():
+        lids = np.tensordot(fit.lids, head.expression_basis[LIDS], 1)
+        offsets = offsets + lids.astype(np.float32)
     if fit.outline.any():
         offsets = offsets + outline_offsets(head, fit.outline)
     return head.neutral(fit.identity, offsets)
@@ -177,7 +191,8 @@ def made_from(photo: Photo, landmarks: Landmarks, fit: Fit, head: HeadModel) -> 
     parts = [table[name] for name in ("camera", "identity", "expression", "gaze", "light")]
     points = np.round(landmarks.points, 3).tolist()
     warps = [table["residual"], table.get("rest")]
-    warps += [table["outline"]] if "outline" in table else []  # as keys were before there was one
+    # As keys were before there were these.
+    warps += [table[name] for name in ("outline", "lids") if name in table]
     return key_of(photo.sha256, points, parts, *warps, head.digest)
 
 

@@ -191,6 +191,8 @@ def fit_to_table(fit: Fit, photo: Photo | None = None) -> dict[str, object]:
     }
     if fit.rest.any():
         table["rest"] = numbers(fit.rest)
+    if fit.lids.any():
+        table["lids"] = numbers(fit.lids)
     if fit.outline.any():
         table["outline"] = numbers(fit.outline)
     if photo is not None:
@@ -224,6 +226,7 @@ def fit_from_table(name: object, table: Mapping[str, Any]) -> Fit:
             diagnostics=dict(table.get("diagnostics", {})),
             head_sha256=str(table.get("head_sha256", "")),
             rest=np.array(table.get("rest", np.zeros((468, 3))), np.float64),
+            lids=np.array(table.get("lids", np.zeros(6)), np.float64),
             outline=np.array(table.get("outline", []), np.float64),
         )
 

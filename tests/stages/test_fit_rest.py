@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from bakery import landmarks as marks
 from bakery.bake.fitting import fitted_neutral, own_head, rested, resting_head
 from bakery.errors import ModelError
-from bakery.heads.base import weights
+from bakery.heads.base import look, weights
 from bakery.stages.fit import rest
 from bakery.stages.fit.warp import residual_offsets
 from bakery.stages.texture import TextureOptions
@@ -48,6 +48,7 @@ def basis():
 
 
 def test_a_resting_face_is_left_alone(head, fit):
+    """But for its lids, see below."""
     for still in (np.zeros(len(EXPRESSIONS)), STILL):
         assert rest.presence(head, still) == 0
         (found,) = rested(head, [replace(fit, expression=still)], TextureOptions())
@@ -82,18 +83,51 @@ def test_a_known_basis(head, basis, fit):
 
 
 def test_played_as_photographed_nothing_is_changed(head, fit):
+    squinting = SMILE + weights({"eyeBlinkLeft": 0.2, "eyeSquintRight": 0.5})
+    fit = replace(fit, expression=look(squinting, rest.STRAIGHT), gaze=rest.STRAIGHT)
     (found,) = rested(head, [fit], TextureOptions())
-    before = head.vertices(fitted_neutral(head, fit), SMILE, (0, 0))
+    before = head.vertices(fitted_neutral(head, fit), fit.expression, fit.gaze)
     own, neutral = rest.at_rest(head, fitted_neutral(head, found), found)
-    after = own.vertices(neutral, SMILE, (0, 0))
+    after = own.vertices(neutral, found.expression, found.gaze)
     skin = head.part_vertices("skin")
     assert_allclose(after[skin], before[skin], atol=1e-4)  # mm, single precision
-    moved = neutral - fitted_neutral(head, fit)
+    moved = neutral - fitted_neutral(head, found)
     assert_allclose(moved, residual_offsets(head, found.rest), atol=1e-5)
-    half = own.vertices(neutral, SMILE / 2, (0, 0)) - head.vertices(
-        fitted_neutral(head, fit), SMILE / 2, (0, 0)
+    half = own.vertices(neutral, found.expression / 2, (0, 0)) - head.vertices(
+        fitted_neutral(head, found), found.expression / 2, (0, 0)
     )
     assert_allclose(half[skin], moved[skin] / 2, atol=1e-4)
+
+
+def openness(head, fit, expression):
+    shape = head.vertices(fitted_neutral(head, fit), expression, fit.gaze)
+    return rest._openness(head, shape)
+
+
+def test_who_rests_keeps_the_lids_that_the_photo_shows(head, fit):
+    seen = look(weights({"eyeBlinkLeft": 0.05, "eyeBlinkRight": 0.03}), rest.STRAIGHT)
+    fit = replace(fit, expression=seen, gaze=rest.STRAIGHT)
+    (found,) = rested(head, [fit], TextureOptions())
+    assert np.abs(found.expression).max() < 1e-6 and np.abs(found.gaze).max() < 1e-6
+    none = np.zeros(len(EXPRESSIONS))
+    assert abs(openness(head, found, none) - openness(head, fit, seen)) < 1e-4
+    assert openness(head, found, none) < openness(head, fit, none) - 0.02
+    # Who blinks is open all the same, as far as hardly anybody's lids are not.
+    shut = look(weights({"eyeBlinkLeft": 1, "eyeBlinkRight": 1}), rest.STRAIGHT)
+    (found,) = rested(head, [replace(fit, expression=shut)], TextureOptions())
+    assert abs(openness(head, found, none) - rest.LEAST_OPEN) < 0.01
+
+
+def test_a_smile_keeps_less_of_its_squint(head, fit):
+    squint = weights({"eyeSquintLeft": 0.8, "eyeSquintRight": 0.8})
+    seen = look(SMILE + squint, rest.STRAIGHT)
+    fit = replace(fit, expression=seen, gaze=rest.STRAIGHT)
+    (found,) = rested(head, [fit], TextureOptions())
+    squinted = [EXPRESSIONS.index("eyeSquint" + side) for side in ("Left", "Right")]
+    assert_allclose(found.lids[2:4] + found.expression[squinted], 0.8, atol=1e-6)
+    assert 0 < found.lids[2] < 0.8
+    wanted = np.dot(rest.OF_SMILE, (1, openness(head, fit, seen)))
+    assert abs(openness(head, found, np.zeros(len(EXPRESSIONS))) - wanted) < 0.01
 
 
 def test_a_smile_of_one_side_gives_back_that_side(head, fit):

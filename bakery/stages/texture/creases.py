@@ -27,10 +27,12 @@ BESIDE, OFF_LIPS, OFF_NOSE = (13.0, 6.0), (1.0, 4.0), (3.0, 6.5)  # mm over whic
 RADIUS = 4.0  # mm, half the width of what is filled
 COARSE = 2.5  # pixels, standard deviation of a blur that needs no finer picture
 SOFT = 0.5  # mm, standard deviation of the blur that keeps pores and stubble from being filled
-MOST = 0.6  # of the logarithm
+MOST = 1.2  # of the logarithm
 AT_CORNER = (9.0, 5.0)  # mm from a corner of the mouth over which specks are left, are taken off
 OFF_CORNER = (0.3, 1.5)  # mm from the lips over which folds beside their corners begin to count
 SPECK, GLINT = 2.0, 1.5  # mm, half the width of the largest; of the logarithm
+# Pits there, which are smaller than folds, and what of them stays: a closed mouth has corners.
+PIT, PIT_SOFT, DEEPEST, PIT_LEFT = 3.0, 0.2, 3.0, 0.15
 DARK = 2e-3  # linear
 
 
@@ -46,10 +48,10 @@ def filled(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) ->
     return levelled(colors, on_skin, _beside(head, on_skin), share, RADIUS, MOST)
 
 
-def dimmed(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) -> np.ndarray:
-    """Colours [N, 3] linear without the bright specks at the corners of a mouth that smiled.
+def even_corners(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) -> np.ndarray:
+    """Colours [N, 3] linear without the specks and pits at the corners of a mouth that smiled.
 
-    There teeth and wet skin are seen between the lips, which at rest are closed.
+    There teeth, wet skin and the dark behind them are seen between the lips, which at rest are closed.
 
     Args:
         colors: [N, 3] linear; head: HeadModel; on_skin: its skin, N texels.
@@ -57,10 +59,11 @@ def dimmed(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) ->
     """
     if not share:
         return colors
+    where = _corners(head, on_skin)
     dark = 1 / np.maximum(colors, DARK)
-    found = levelled(dark, on_skin, _corners(head, on_skin), share, SPECK, GLINT)
-    out: np.ndarray = np.where(found != dark, 1 / found, colors)
-    return out
+    found = levelled(dark, on_skin, where, share, SPECK, GLINT)
+    dimmed: np.ndarray = np.where(found != dark, 1 / found, colors)
+    return levelled(dimmed, on_skin, where, share, PIT, DEEPEST, PIT_SOFT, PIT_LEFT)
 
 
 def levelled(

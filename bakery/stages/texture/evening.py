@@ -32,6 +32,7 @@ FIELD, FIELD_BESIDE = (3.0, 0.08), (0.1, 0.05)
 DARKER = 3.5  # log of what a shadow takes away, at most
 LOST = (0.5, 0.9)  # log lost to shadow off the face: detail stays up to it, and none beyond
 EDGE = (0.2, 0.4)  # log of what is lifted, over FINE: a shadow's edge, which is filled in
+STRIP = 1 / 64  # of the atlas's side, half the width of a shadow that is lost with its edges
 TINGED = (0.1, 0.25)  # log of a colour beside luminance: of skin, and of a border that is none
 SHADY = (0.3, 0.6)  # the same of luminance
 DOUBT = (0.3, 0.9)  # how far skin is known: its tone is as little believed as a border's, and fully
@@ -93,7 +94,9 @@ def evened(
     wanted = _believed(ratio, known, even * inner, twice)
     lift = wanted - ratio
     lost = smoothstep(*LOST, lift @ LUMA) * (1 - even) * (1 - face)
-    lost = np.maximum(lost, _edges(lift @ LUMA) * _inside(known, FINE * size))
+    edges = _edges(lift @ LUMA) * _inside(known, FINE * size)
+    # What is left between the edges of a narrow shadow, as beside a nose, is none of the skin around.
+    lost = np.maximum(lost, cv2.morphologyEx(edges, cv2.MORPH_CLOSE, disk(STRIP * size)))
     lost = np.maximum(lost, _strange(ratio, known) * plain)
     anchor = np.maximum(known * (1 - lost) * inner, UNSEEN * on_skin)
     tone = base * np.exp(diffuse(wanted * (known > 0)[..., None], anchor))

@@ -21,7 +21,7 @@ from bakery.stages.face_frame import head_photo
 from bakery.stages.fit.rest import presence
 from bakery.stages.texture.calm import calmed
 from bakery.stages.texture.complete import INFERRED, PAINTED, CompleteAlbedo, complete
-from bakery.stages.texture.creases import dimmed, filled
+from bakery.stages.texture.creases import even_corners, filled
 from bakery.stages.texture.eyes import eye_maps, paint_eyes, with_lit_eyes
 from bakery.stages.texture.glasses import frame_layer, laid_over
 from bakery.stages.texture.hair import Mattes, hair_layer
@@ -160,7 +160,7 @@ def prepare(
         made = calmed(made, plain, head, on_skin, share)
         facing = view.partial.seen.reshape(-1)[on_skin.index]
         made = closed_lips(made, facing, head, neutral, on_skin, landmarks.points)
-        made = dimmed(made, head, on_skin, share)
+        made = even_corners(made, head, on_skin, share)
         texture[on_skin.index] = made
         change = np.abs(np.log(np.maximum(made, DARK) / np.maximum(seen, DARK))).max(1)
         source[on_skin.index[change > CHANGED]] = INFERRED
