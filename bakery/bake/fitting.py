@@ -21,8 +21,8 @@ from bakery.stages.fit import Face, fit, prepare
 from bakery.stages.fit.lids import close_lids
 from bakery.stages.fit.outline import Seen, fit_outline
 from bakery.stages.fit.rest import (
-    RestShape,
     LIDS,
+    RestShape,
     at_rest,
     corner_moves,
     load_rest_shape,

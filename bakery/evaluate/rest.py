@@ -3,7 +3,8 @@
 The avatar's texture is made of the smiling photo. It is drawn at rest, in the camera and gaze of the
 neutral photo, and compared with it: with the smiling photo's own head, as a user gets it, and with the
 head of the neutral photo's fit, which shows the texture alone; that also brought to the neutral photo's
-exposure and white balance, which no smiling photo tells.
+exposure and white balance, which no smiling photo tells. How far its lids are open is compared with what
+the neutral photo's points say.
 """
 
 from collections.abc import Iterator
@@ -23,6 +24,7 @@ from bakery.formats.mark import MIXED
 from bakery.formats.portraits import landmarks_of
 from bakery.geometry.color import to_encoded, to_linear
 from bakery.hair.cards import CardHair
+from bakery.stages.fit.rest import lids_open
 
 FIGURES = ("scores", "exposed", "driven")  # of Result
 DARK = 2e-3  # linear; below it no ratio is told
@@ -38,6 +40,7 @@ class Result:
     scores: dict  # way -> avatar.Score, in the neutral photo's fit; "warp": by the true landmarks
     exposed: dict  # the same, exposed as the neutral photo is
     driven: dict  # as `scores`, with the smiling photo's own head
+    lids: dict  # way, or "truth" -> how far lids are open, of the width of an eye
     pictures: dict  # way -> [CROP, CROP, 3] sRGB-encoded
 
 
@@ -70,11 +73,14 @@ def measure(pair: Pair, head, ways: dict[str, BuildOptions]) -> Result:
     scores: dict = {}
     exposed: dict = {}
     driven: dict = {}
+    # The points' y goes down.
+    lids = {"truth": lids_open(np.asarray(pair.neutral_points)[:, :2] * [1, -1])}
     pictures: dict = {}
     for name, options in ways.items():
         smiling = landmarks_of(pair.smiling_points)
         fitted = FittedSubject(pair.smiling, smiling, head, options, CROP, hair=CardHair())
         own, target = fitted.observe_both(pair.neutral, landmarks_of(pair.neutral_points))
+        lids[name] = lids_open(fitted.head.landmarks(fitted.subject.neutral))
         face, truth = target.face / 255, target.picture
         pictures.setdefault("photo", fitted.neutral.picture)
         for table, seen in ((driven, own), (scores, target)):
@@ -87,7 +93,7 @@ def measure(pair: Pair, head, ways: dict[str, BuildOptions]) -> Result:
                     exposed[way] = compare(alike, truth, target.points, face)
                 pictures |= {name: made["static"], "warp": made["warp"]}
         pictures["truth"] = truth
-    return Result(pair.name, pair.teeth, scores, exposed, driven, pictures)
+    return Result(pair.name, pair.teeth, scores, exposed, driven, lids, pictures)
 
 
 def everybody(
@@ -111,7 +117,10 @@ def everybody(
 
 
 def summary(results: list[Result]) -> dict:
-    """Means over all people and over those who show teeth: {group: {way: figures}}."""
+    """Means over all people and over those who show teeth: {group: {way: figures}}.
+
+    And how far lids are open in the mean, with the root mean square of what that is off from the truth.
+    """
     groups = {"all": results, "teeth": [result for result in results if result.teeth]}
     return {
         name: {
@@ -121,6 +130,16 @@ def summary(results: list[Result]) -> dict:
             }
             for figure in FIGURES
         }
+        | {"lids": _of_lids([result.lids for result in group])}
         for name, group in groups.items()
         if group
+    }
+
+
+def _of_lids(found: list[dict]) -> dict:
+    """{way: [mean, root mean square off the truth]} of several people."""
+    values = {way: np.array([one[way] for one in found]) for way in found[0]}
+    return {
+        way: [float(each.mean()), float(np.sqrt(((each - values["truth"]) ** 2).mean()))]
+        for way, each in values.items()
     }

@@ -30,6 +30,8 @@ def test_a_resting_photo_stays_as_it_is(portrait, head):
     assert result.exposed["rest"].face_psnr == pytest.approx(
         result.scores["rest"].face_psnr, abs=0.3
     )
+    # A face without expression has the lids of its photo; of a depth of 2 mm pixels show nothing.
+    assert result.lids["rest"] == pytest.approx(result.lids["truth"], abs=0.03)
     assert list(result.pictures) == ["photo", "rest", "warp", "truth"]
     table = rest.summary([result])
     assert table["all"] == table["teeth"]

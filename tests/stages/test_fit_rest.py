@@ -101,7 +101,7 @@ def test_played_as_photographed_nothing_is_changed(head, fit):
 
 def openness(head, fit, expression):
     shape = head.vertices(fitted_neutral(head, fit), expression, fit.gaze)
-    return rest._openness(head, shape)
+    return rest.lids_open(head.landmarks(shape))
 
 
 def test_who_rests_keeps_the_lids_that_the_photo_shows(head, fit):

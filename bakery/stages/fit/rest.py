@@ -159,10 +159,12 @@ def resting_lids(
     moves = head.expression_basis[LIDS]
     weights = np.asarray(expression, np.float64)[CLOSING]
     straight = neutral + np.tensordot(out, moves, 1)
-    most = _openness(head, straight)
-    least = _openness(head, straight + np.tensordot(weights, moves[: len(CLOSING)], 1))
+    most = lids_open(head.landmarks(straight))
+    least = lids_open(head.landmarks(straight + np.tensordot(weights, moves[: len(CLOSING)], 1)))
     if most - least > 1e-3:
-        seen = _openness(head, neutral + np.tensordot(expression, head.expression_basis, 1))
+        seen = lids_open(
+            head.landmarks(neutral + np.tensordot(expression, head.expression_basis, 1))
+        )
         wanted = max(seen + sure * (np.dot(OF_SMILE, (1, seen)) - seen), LEAST_OPEN)
         out[: len(CLOSING)] = np.clip((most - wanted) / (most - least), 0, 1) * weights
     return out
@@ -176,9 +178,12 @@ def with_lids(fit: Fit, lids: np.ndarray) -> Fit:
     return replace(fit, expression=look(expression, gaze).astype(np.float64), gaze=gaze, lids=lids)
 
 
-def _openness(head, vertices):
-    """How far lids of vertices [V, 3] are open at their middle, of the width of the eye, less than 0 if they cross."""
-    points = head.landmarks(vertices)
+def lids_open(points: np.ndarray) -> float:
+    """How far lids are open at their middle, of the width of the eye, in the mean; less than 0 if they cross.
+
+    Args:
+        points: [L, 2 or 3] landmarks of any unit, y up.
+    """
     far = []
     for upper, lower in zip(marks.LIDS_UPPER, marks.LIDS_LOWER):
         apart = points[upper[3:6]] - points[lower[3:6]]
