@@ -32,7 +32,7 @@ AT_CORNER = (9.0, 5.0)  # mm from a corner of the mouth over which specks are le
 OFF_CORNER = (0.3, 1.5)  # mm from the lips over which folds beside their corners begin to count
 SPECK, GLINT = 2.0, 1.5  # mm, half the width of the largest; of the logarithm
 # Pits there, which are smaller than folds, and what of them stays: a closed mouth has corners.
-PIT, PIT_SOFT, DEEPEST, PIT_LEFT = 3.0, 0.2, 3.0, 0.15
+PIT, PIT_SOFT, DEEPEST, PIT_LEFT = 3.0, 0.2, 3.0, 0.4
 DARK = 2e-3  # linear
 
 
