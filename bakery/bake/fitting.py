@@ -21,10 +21,10 @@ from bakery.stages.fit import Face, fit, prepare
 from bakery.stages.fit.lids import close_lids
 from bakery.stages.fit.outline import Seen, fit_outline
 from bakery.stages.fit.rest import (
-    LIDS,
     RestShape,
     at_rest,
     corner_moves,
+    lid_moves,
     load_rest_shape,
     presence,
     rest_moves,
@@ -85,16 +85,15 @@ def rested(head: HeadModel, fits: Sequence[Fit], options: TextureOptions) -> lis
     basis = load_rest_shape()
     if head.name != basis.head:
         return list(fits)
-    sure = min(presence(head, one.expression) for one in fits)
+    moved = [presence(head, one.expression) for one in fits]
     kept = [
-        resting_lids(
-            head, fitted_neutral(head, one), one.expression, presence(head, one.expression)
-        )
-        for one in fits
+        resting_lids(head, fitted_neutral(head, one), one.expression, sure)
+        for one, sure in zip(fits, moved)
     ]
-    lids = np.min(kept, axis=0)
-    rested = [replace(one, rest=sure * _moves_to_rest(head, basis, one)) for one in fits]
-    return [with_lids(one, lids) for one in rested]
+    lids, sure = np.min(kept, axis=0), min(moved)
+    return [
+        with_lids(replace(one, rest=sure * _moves_to_rest(head, basis, one)), lids) for one in fits
+    ]
 
 
 def _moves_to_rest(head: HeadModel, basis: RestShape, fit: Fit) -> np.ndarray:
@@ -133,8 +132,7 @@ def fitted_neutral(head: HeadModel, fit: Fit) -> np.ndarray:
     """The neutral shape [V, 3] mm that was fitted, with its warp, lids and outline, not yet at rest."""
     offsets = residual_offsets(head, fit.residual)
     if fit.lids.any():
-        lids = np.tensordot(fit.lids, head.expression_basis[LIDS], 1)
-        offsets = offsets + lids.astype(np.float32)
+        offsets = offsets + lid_moves(head, fit.lids)
     if fit.outline.any():
         offsets = offsets + outline_offsets(head, fit.outline)
     return head.neutral(fit.identity, offsets)

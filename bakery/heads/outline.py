@@ -36,9 +36,10 @@ EAR = (
 SIDES = ("left", "right")  # the subject's
 NAMES = SHARED + tuple(f"ear_{name}_{side}" for side in SIDES for name in EAR)
 TRAGUS, JAW_CORNER, FOREHEAD, CHIN = (454, 234), (288, 58), 10, 152  # landmarks, left ones first
-# mm outside the landmarked face over which fields rise: of the skull, of the neck (over 24 a thick one has a
-# crease below the jaw, and the jaw's corner juts out over it), of jaw and shoulders, of the ears.
-SKULL_SOFT, NECK_SOFT, SOFT, EAR_SOFT = 50.0, 40.0, 24.0, 9.0
+# mm outside the landmarked face over which fields rise, by the first word of their names, and those of the ears.
+# Over 24 a thick neck has a crease below the jaw, and the jaw's corner juts out over it.
+SOFT = {"skull": 50.0, "crown": 50.0, "jaw": 24.0, "neck": 40.0, "shoulder": 24.0}
+EAR_SOFT = 9.0
 RELIEF = (0.3, 5.0)  # mm above the membrane over which what stands out becomes ear
 LEAST_RELIEF = 4.0  # mm; less is no ear
 NECK = 50.0  # mm, radius of a neck
@@ -82,9 +83,7 @@ def outline_basis(head: HeadModel) -> Outline:
     depth, root_depth = (free * outside_face(head, points) for points in (places, root))
     fields = {}
     for name, field in _shared(head, root).items():
-        soft = {"skull": SKULL_SOFT, "crown": SKULL_SOFT, "neck": NECK_SOFT}.get(
-            name.split("_")[0], SOFT
-        )
+        soft = SOFT[name.split("_")[0]]
         fields[name] = field * smoothstep(0, soft, root_depth)[:, None]
     fields |= _ears(head, places, root, relief, smoothstep(0, EAR_SOFT, depth)[:, None])
     matrix = np.stack([fields[name] for name in NAMES]).astype(np.float32)

@@ -156,17 +156,23 @@ def resting_lids(
         sure: 0..1, how surely the face is not at rest.
     """
     out = look(np.zeros(len(EXPRESSIONS)), STRAIGHT)[LIDS].astype(np.float64)
-    moves = head.expression_basis[LIDS]
-    weights = np.asarray(expression, np.float64)[CLOSING]
-    straight = neutral + np.tensordot(out, moves, 1)
-    most = lids_open(head.landmarks(straight))
-    least = lids_open(head.landmarks(straight + np.tensordot(weights, moves[: len(CLOSING)], 1)))
+    closing = np.zeros(len(LIDS))
+    closing[: len(CLOSING)] = expression[CLOSING]
+
+    def opening(shape):
+        return lids_open(head.landmarks(shape))
+
+    most, least = (opening(neutral + lid_moves(head, lids)) for lids in (out, out + closing))
     if most - least > 1e-3:
-        seen = lids_open(
-            head.landmarks(neutral + np.tensordot(expression, head.expression_basis, 1))
-        )
+        seen = opening(head.vertices(neutral, expression, (0, 0)))
         wanted = max(seen + sure * (np.dot(OF_SMILE, (1, seen)) - seen), LEAST_OPEN)
-        out[: len(CLOSING)] = np.clip((most - wanted) / (most - least), 0, 1) * weights
+        out += np.clip((most - wanted) / (most - least), 0, 1) * closing
+    return out
+
+
+def lid_moves(head: HeadModel, lids: np.ndarray) -> np.ndarray:
+    """How weights [6] of LIDS move the vertices of a neutral head: [V, 3] float32 mm."""
+    out: np.ndarray = np.tensordot(lids, head.expression_basis[LIDS], 1).astype(np.float32)
     return out
 
 

@@ -72,16 +72,15 @@ def log_change(basis: RestBasis, expression: np.ndarray) -> np.ndarray:
         expression: [E] weights of the fit.
     """
     amounts = np.asarray(expression, np.float32) @ basis.response
-    change = np.clip(np.einsum("k,kyxc->yxc", amounts, basis.modes), -MOST, MOST)
-    out: np.ndarray = np.where(change < 0, DARKER * change, change)
-    return out
+    return np.clip(np.einsum("k,kyxc->yxc", amounts, basis.modes), -MOST, MOST)
 
 
 def change_of(
     basis: RestBasis, head: HeadModel, on_skin: Atlas, expression: np.ndarray
 ) -> np.ndarray:
-    """The same [N, 3] at the texels of an atlas of the head's skin."""
+    """The same [N, 3] at the texels of an atlas of the head's skin, as far as it is believed in any light."""
     change = log_change(basis, expression)
+    change = np.where(change < 0, DARKER * change, change)
     place = texel_chart(head, load_albedo(), on_skin)
     border = np.minimum(place, 1 - place).min(1)
     within = smoothstep(0.0, EDGE, border)[:, None]
