@@ -17,7 +17,7 @@ from bakery.stages.hair.directions import flow, photographed
 from bakery.stages.hair.mesh import CAP, OVER, cap_height, cap_surface, ribbons
 from bakery.stages.hair.painter import DIFFERS, EVENED, Painter
 from bakery.stages.hair.portrait import _continued, before_face, look
-from bakery.stages.hair.presence import SLIT, _hanging, _held, _slits
+from bakery.stages.hair.presence import ENDS, SLIT, _hanging, _held, _lobes, _slits
 from bakery.stages.hair.shell import in_the_air, make_shell
 from bakery.stages.hair.strands import KNOTS, grow
 from bakery.stages.segment import BACKGROUND, HAIR, HIDDEN, SKIN, Segmentation
@@ -104,6 +104,22 @@ def test_nothing_hangs_before_the_face_from_nothing():
     there[:, front - 4 : front + 5] = 1
     there[DOME + 3 : DOME + 6, front - 1 : front + 2] = 0  # a gap in a sheet of hair
     np.testing.assert_array_equal(_hanging(there, turn), there)
+
+
+def test_hair_that_covers_an_ear_in_part_covers_its_lobe(head):
+    found = chart.make_chart(head, head.mean)
+    ear = found.ears - found.skull > 3
+    ear[chart.DOME + 24 :] = False  # shoulders
+    rows = np.flatnonzero(ear.any(1))
+    lobe = rows[-1] - 2
+    there = np.zeros(ear.shape)
+    assert _lobes(there, found).max() == 0
+    there[:lobe] = 1
+    lobes = _lobes(there, found)
+    assert lobes[ear & (there == 0)].min() == 1
+    assert lobes[rows[-1] + ENDS + 1 :].max() == 0 and lobes[: rows[0]].max() == 0
+    there[: rows[-1] + ENDS + 1] = 1
+    assert _lobes(there, found).max() == 0
 
 
 def test_hair_over_an_ear_hangs_without_slits_and_ends_where_it_did():

@@ -4,15 +4,13 @@ import numpy as np
 import pytest
 
 from bakery.heads.scalp import ear_box, unrolled
-from bakery.landmarks import EYES
 from bakery.stages.hair.portrait import (
     COLLAR,
     HAIRLINE,
     LIKE_SKIN,
     MIXED,
     _share_of_hair,
-    _unlike_backdrop,
-    without_glare,
+    unlike_backdrop,
 )
 from bakery.stages.hair.sideburns import sideburns
 from bakery.stages.hair.temples import HEIGHTS, SOFT, Temples, temples_of
@@ -102,16 +100,17 @@ def test_sideburns_are_seen_as_far_down_as_there_is_hair_beside_the_cheek(head):
         assert found[1 - side].max() == 0
 
 
-def test_a_side_that_is_turned_away_has_the_sideburn_of_the_other(head):
+@pytest.mark.parametrize("slant", [1.0, 0.2])
+def test_a_side_that_is_turned_away_has_the_sideburn_of_the_other(slant, head):
+    """Out of sight, or in sight at a slant that much worse than the other's."""
     places, pixels, cosine = edge_on(head)
     hair = np.zeros((1200, 1000), np.float32)
-    hair[:500] = 1
-    there = sideburns(temples_of(head, places), places, pixels, cosine, hair)
-    hair[:, :500] = 0  # the photo has none on the subject's right
-    hidden = np.where((places[:, 0] < 0) & (cosine < 0.4), -0.1, cosine)
-    assert np.array_equal(
-        sideburns(temples_of(head, places), places, pixels, hidden, hair)[1], there[1]
+    hair[:640, 500:] = 1  # the photo has none on the subject's right
+    far = (places[:, 0] < 0) & (cosine < 0.4)
+    found = sideburns(
+        temples_of(head, places), places, pixels, np.where(far, cosine - slant, cosine), hair
     )
+    assert np.array_equal(found[0], found[1]) and found[1].max() == 1
 
 
 @pytest.mark.parametrize("hairy", [False, True])
@@ -163,43 +162,20 @@ def test_shaded_hair_is_no_backdrop():
     picture[20:40, 20:32] = (0.08, 0.06, 0.05)  # in the shade
     picture[44:56, 20:32] = (0.33, 0.4, 0.57)  # the backdrop, seen through
     hair = (~backdrop).astype(np.float32)
-    kept = _unlike_backdrop(picture, hair, backdrop, 60, 1.0)
+    kept = unlike_backdrop(picture, hair, backdrop, 60, 1.0)
     assert kept[24:36, 23:29].min() > 0.95
     assert kept[47:53, 23:26].max() < 0.3
 
 
-def lit_from_behind(hair):
-    """Picture, labels of hair and of skin, and landmarks: a temple that glares, labelled hair."""
-    picture = np.full((80, 100, 3), (0.7, 0.5, 0.4), np.float32)
-    solid = np.zeros((80, 100), bool)
-    solid[:, 70:] = True
-    picture[solid] = hair
-    skin = ~solid
-    picture[20:60, 70:76] = 0.95
-    points = np.tile([40.0, 64.0], (478, 1))  # eyes end at column 40, below the glare
-    return picture, solid, skin, points
-
-
-def test_light_that_glares_on_a_temple_is_no_hair():
-    picture, solid, skin, points = lit_from_behind((0.25, 0.18, 0.12))
-    kept = without_glare(picture, solid, skin, points, 1.0)
-    assert not kept[22:58, 70:76].any() and kept[:, 80:].all() and kept[:16, 70:].all()
-
-
-def test_a_highlight_of_light_hair_beside_no_skin_stays():
-    picture, solid, skin, points = lit_from_behind((0.25, 0.18, 0.12))
-    picture[20:60, 70:76] = (0.25, 0.18, 0.12)
-    picture[20:40, 73:79] = 0.95  # skin ends at column 70
-    assert without_glare(picture, solid, skin, points, 1.0)[20:40, 74:].all()
-
-
-def test_white_hair_and_locks_above_the_eyes_stay():
-    picture, solid, skin, points = lit_from_behind((0.85, 0.85, 0.85))
-    assert np.array_equal(without_glare(picture, solid, skin, points, 1.0), solid)
-    picture, solid, skin, points = lit_from_behind((0.25, 0.18, 0.12))
-    points[:, 0] = np.linspace(0, 99, len(points))
-    points[np.concatenate(EYES), 0] = np.linspace(2, 98, len(np.concatenate(EYES)))
-    assert np.array_equal(without_glare(picture, solid, skin, points, 1.0), solid)
+def test_grey_temples_are_no_backdrop():
+    """Their colour lies between that of dark hair above and a grey backdrop's."""
+    picture = np.full((120, 60, 3), (0.15, 0.14, 0.13), np.float32)  # hair
+    backdrop = np.zeros((120, 60), bool)
+    backdrop[:, :15] = True
+    picture[backdrop] = (0.55, 0.6, 0.65)
+    picture[60:, 15:] = (0.45, 0.46, 0.47)
+    kept = unlike_backdrop(picture, (~backdrop).astype(np.float32), backdrop, 120, 1.0)
+    assert kept[75:, 15:].min() > 0.9  # 15 mm from the dark hair
 
 
 def _hairline(hair):
@@ -227,6 +203,16 @@ def test_thin_hair_beside_the_face_is_hair_of_no_colour_of_its_own():
 def test_fair_hair_beside_the_face_is_not_told_from_skin():
     found = _share_of_hair(*_hairline((0.72, 0.58, 0.45)), HAIRLINE, 2.0)
     assert found.min() > 0.95
+
+
+def test_grey_hair_between_dark_hair_and_skin_is_hair():
+    """As light as 0.7 of the way to the skin, but without its hue; glare on skin is lighter than skin."""
+    picture, hair, skin = _hairline((0.2, 0.18, 0.17))
+    picture[50:60] = (0.52, 0.52, 0.52)
+    found = _share_of_hair(picture, hair, skin, HAIRLINE, 2.0)
+    assert found[50:58].min() > LIKE_SKIN[1]
+    picture[50:60] = (0.85, 0.82, 0.8)
+    assert _share_of_hair(picture, hair, skin, HAIRLINE, 2.0)[54:60].max() < LIKE_SKIN[0]
 
 
 def test_without_skin_or_hair_nothing_is_taken():

@@ -11,7 +11,7 @@ from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
 from bakery.stages.hair.presence import sides_of
-from bakery.stages.hair.shell import Shell, hanging, in_the_air, told
+from bakery.stages.hair.shell import LEAST, Shell, hanging, in_the_air, told
 from bakery.stages.hair.strands import KNOTS, LAYERS, Wisps
 from bakery.types import Camera
 
@@ -23,7 +23,7 @@ OUTER = 1.03  # share that the outermost have
 OVER = 0.5, 3.0
 OUTLINE = 0.3, 0.1  # cosine to the line of sight: hair is on the outline, not yet and wholly
 UNDER = 2.5  # mm below the skin that the cap's border goes
-RETREAT = 1.0, 6.0  # mm that the cap ends before hair that the photo does not show, and does
+RETREAT = 1.0, 12.0  # mm that the cap ends before hair that the photo does not show, and does
 ASIDE = (
     40.0,
     55.0,
@@ -98,6 +98,8 @@ def cap_surface(shell: Shell, portrait: Portrait) -> tuple[np.ndarray, np.ndarra
     inner = charts.smooth(charts.distance_inside(there & ~np.isnan(share) & ~before), 4.0) - retreat
     lowest = charts.smooth(cv2.erode(np.nan_to_num(share), np.ones((3, 3))), 4.0)
     out = shell.base + lowest * (shell.radius - shell.base) * smoothstep(0, RISE, inner)
+    # A lobe that hair covers stays under it where the photo keeps the cap low beside.
+    out = np.where(shell.slits > 0.5, np.maximum(out, shell.chart.ears + LEAST), out)
     rim = np.where(hung, 0.0, UNDER) * smoothstep(4.0, -4.0, inner)
     return out - rim, inner
 

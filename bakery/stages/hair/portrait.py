@@ -8,10 +8,9 @@ import numpy as np
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import LUMA, to_linear
 from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
-from bakery.geometry.masks import beside, disk, touching
+from bakery.geometry.masks import beside, disk
 from bakery.geometry.raster import rasterize
 from bakery.heads.base import HeadModel
-from bakery.landmarks import EYES
 from bakery.stages.segment import (
     BACKGROUND,
     CLOTHES,
@@ -28,13 +27,13 @@ FINE = 1.6  # pixels a millimetre at most
 ASIDE, ABOVE, BELOW = 190.0, 160.0, 330.0  # mm around the middle of the head that are looked at
 SPECK = 60.0, 0.08  # mm2, share of all hair: smaller patches of hair are mistakes
 WISP = 5.0  # mm around the outline in which the photo says what is hair
-GLARES = 0.12, 0.06  # of sRGB: lighter than skin and hair, and less red than skin
-BESIDE_SKIN, HALF_LIT = 12.0, 2.0  # mm beside skin that it glares; around it, what is half as light
 UNLIKE = 0.35  # distance of sRGB colours of two patches that are not both hair
 POCKETS = 18.0, 45.0  # mm from the backdrop, above and below the eyes: how far it is seen in hair
 ALIKE = 0.2  # distance of sRGB colours of what may be the same
 # Of the distance of hair's and backdrop's colours: off the way between them, and on it.
 STRANGE = 0.5, 0.25
+NEARBY = 12.0  # mm over which hair's own colour is taken
+HANGS = 20.0, 40.0  # mm below the eyes, from which hair hangs
 HANGING = 15.0  # mm along which what hides the face touches the hair that it hangs from
 INNER, HALO = 1.6, 3.0  # mm from what is no hair, and from the backdrop: nearer, colours are mixed
 # mm from skin and from clothes up to which they may show in hair, and within them from their border,
@@ -42,6 +41,10 @@ INNER, HALO = 1.6, 3.0  # mm from what is no hair, and from the backdrop: nearer
 HAIRLINE, COLLAR, BARE = 12.0, 25.0, 3.0
 # Of the way from the skin's colour to the hair's: none up to there, hair from there on, and its own colour.
 LIKE_SKIN, MIXED = (0.15, 0.4), (0.5, 0.85)
+GREYER = (
+    0.25,
+    0.6,
+)  # of the skin's hue (red less blue) that grey hair has less, from which on, and surely
 PATCH = 1.5  # mm over which that is taken: a comb of single strands is no hairline
 APART = (
     0.15,
@@ -131,13 +134,11 @@ def look(
     picture = np.clip(warped(np.ascontiguousarray(encoded, np.float32)), 0, 1)
     scale_mm = mm * scale
     solid = (regions == HAIR) & (labels != HAT)
-    marks = cameras.project(head.landmarks(neutral), cut)
-    solid = without_glare(picture, solid, regions == SKIN, marks, scale_mm)
     solid = before_face(picture, solid, labels, regions, scale_mm)
     solid = _patches(picture, solid, scale_mm)
     level = float(cameras.project(np.zeros(3), cut)[1])
     hair = _matte(picture, solid, regions, scale_mm)
-    hair = hair * _unlike_backdrop(picture, hair, regions == BACKGROUND, level, scale_mm)
+    hair = hair * unlike_backdrop(picture, hair, regions == BACKGROUND, level, scale_mm)
     share = _share_of_hair(picture, hair, labels == SKIN, HAIRLINE, scale_mm)
     # A collar that shows between strands is hair's, in shape; in colour it is not.
     dressed = _share_of_hair(picture, hair, labels == CLOTHES, COLLAR, scale_mm)
@@ -200,38 +201,6 @@ def _patches(picture, solid, scale):
     return kept[number]
 
 
-def without_glare(
-    picture: np.ndarray, solid: np.ndarray, skin: np.ndarray, points: np.ndarray, scale: float
-) -> np.ndarray:
-    """Labelled hair [H, W] bool without light from behind that glares on the temples beside it.
-
-    It is whiter than skin, and far lighter than skin and hair both. White hair cannot be told from it.
-
-    Args:
-        picture: [H, W, 3] sRGB-encoded.
-        solid, skin: [H, W] bool, what is labelled hair and skin.
-        points: [L, 2] pixels, landmarks.
-        scale: pixels a millimetre.
-    """
-    if not skin.any() or not solid.any():
-        return solid
-    smooth = normalized_blur(picture, (solid | skin).astype(np.float32), max(0.6 * scale, 0.3))
-    level, tint = smooth @ LUMA, smooth[..., 0] - smooth[..., 2]
-    of_skin = np.median(level[skin])
-    if np.median(level[solid]) > of_skin:
-        return solid
-    white = solid & (level > of_skin + GLARES[0]) & (tint < np.median(tint[skin]) - GLARES[1])
-    eyes = points[np.concatenate([*EYES])]
-    row, column = (np.arange(n) + 0.5 for n in solid.shape)
-    white &= (column < eyes[:, 0].min()) | (column > eyes[:, 0].max())
-    white &= (row < eyes[:, 1].max())[:, None]  # lower, a white backdrop shows below ears
-    across = np.ones((1, 2 * int(BESIDE_SKIN * scale) + 1), np.uint8)
-    white &= cv2.dilate(skin.astype(np.uint8), across) > 0
-    white = touching(white, skin)  # the rest are highlights of light hair
-    around = cv2.dilate(white.astype(np.uint8), disk(max(HALF_LIT * scale, 1))) > 0
-    return solid & ~around
-
-
 def _matte(picture, solid, regions, scale):
     """How much of each pixel is hair: as labelled, and near the outline as the photo says."""
     radius = max(int(WISP * scale), 1)
@@ -245,21 +214,31 @@ def _matte(picture, solid, regions, scale):
     return (trust * soft + (1 - trust) * plain).astype(np.float32)
 
 
-def _unlike_backdrop(picture, hair, backdrop, level, scale):
+def unlike_backdrop(
+    picture: np.ndarray, hair: np.ndarray, backdrop: np.ndarray, level: float, scale: float
+) -> np.ndarray:
     """How surely a pixel [H, W] is not the backdrop that shows between strands, 0..1.
 
     Args:
+        picture: [H, W, 3] sRGB-encoded.
+        hair: [H, W] 0..1.
+        backdrop: [H, W] bool.
         level: row of the eyes; below it strands hang apart.
+        scale: pixels a millimetre.
     """
     off = cv2.distanceTransform((~backdrop).astype(np.uint8), cv2.DIST_L2, 3) / scale
     rows = np.arange(len(hair))[:, None]
-    upper = (hair > 0.9) & (off > 0.6 * POCKETS[0]) & (rows < level)
-    inner = upper if upper.any() else (hair > 0.9) & (off > 0.6 * POCKETS[0])
+    inner = hair > 0.9
     if not backdrop.any() or not inner.any():
         return np.ones_like(hair)
     far = cv2.erode(backdrop.astype(np.uint8), np.ones((5, 5), np.uint8))
     behind = diffuse(picture, far.astype(np.float32))
-    way, length, share = _on_the_way(picture, behind, np.median(picture[inner], 0))
+    # Grey temples are between dark hair's colour and a grey backdrop's: the hair's is told nearby. Hair that
+    # hangs is of one colour, and what shows through it may be wide.
+    own = normalized_blur(picture, inner.astype(np.float32), NEARBY * scale)
+    hangs = smoothstep(*HANGS, (rows - level) / scale)[..., None]
+    own = own + hangs * (np.median(picture[inner], 0) - own)
+    way, length, share = _on_the_way(picture, behind, own)
     off_it = picture - behind
     # What is neither like the one nor like the other is hair in the shade, or in a highlight.
     strange = np.linalg.norm(off_it - np.clip(share, 0, 1)[..., None] * way, axis=-1)
@@ -288,8 +267,24 @@ def _share_of_hair(picture, hair, other, reach, scale):
     bare, own = (diffuse(picture, mask.astype(np.float32)) for mask in (core, inner))
     smooth = normalized_blur(picture, np.maximum(hair, other), max(PATCH * scale, 0.3))
     _, length, share = _on_the_way(smooth, bare, own)
+    share = np.maximum(share, _greyer(smooth, bare))
     apart = smoothstep(*APART, np.sqrt(length)) * smoothstep(reach, 0.7 * reach, away)
     return (1 - apart * (1 - np.clip(share, 0, 1))).astype(np.float32)
+
+
+def _greyer(picture, skin):
+    """How surely a picture [H, W] is grey hair, which lies between dark hair's colour and skin's: 0..1, by its hue.
+
+    Glare on skin is grey too, but lighter than the skin.
+    """
+    light, bare = (each @ LUMA for each in (picture, skin))
+    hue, of_skin = (
+        (each[..., 0] - each[..., 2]) / (level + 0.05)
+        for each, level in ((picture, light), (skin, bare))
+    )
+    less = smoothstep(*GREYER, 1 - hue / np.maximum(of_skin, 0.05))
+    found: np.ndarray = less * smoothstep(1.1, 1.0, light / np.maximum(bare, 0.05))
+    return found
 
 
 def _on_the_way(picture, start, end):

@@ -36,6 +36,9 @@ SLIT = 9  # columns, wider than a gap in hair that hangs over an ear
 CHEEK = 40.0  # degrees from the camera, up to which there is none: that is the face
 HOLE = 24  # cells: smaller gaps in hair are none
 EAR = 3.0  # mm off the skull: ears
+LOBE = 3.0  # mm that an ear stands off the skull, where hair that covers it goes on to its end
+BELOW_EYES = -8, 24  # rows below the equator between which ears are
+ENDS = 4  # rows that it goes on below it
 SKIN = 3.0  # mm over which what the photo shows on the skin is gathered
 BIT = 0.1  # of the largest piece of hair: smaller ones are none
 
@@ -176,6 +179,7 @@ def presence(
     there = beside + np.clip(sure, 0, 1) * (there - beside)
     over_ears = under & (np.cos(turn) < np.cos(np.radians(CHEEK)))
     slits = np.where(over_ears & (np.arange(ROWS) >= DOME)[:, None], _slits(there), 0)
+    slits = np.maximum(slits, under * _lobes(np.maximum(there, slits), chart))
     there = _hanging(np.maximum(there, slits), turn)
     line = np.clip(1.2 * (charts.smooth(_held(there), LINE) - 0.5) + 0.5, 0, 1)
     return _held(line), (upper * square + (1 - upper) * seen) * (1 - slits), slits
@@ -331,6 +335,21 @@ def _slits(there: np.ndarray) -> np.ndarray:
     wide = np.pad(there.astype(np.float32), ((0, 0), (SLIT, SLIT)), "wrap")
     closed = cv2.morphologyEx(wide, cv2.MORPH_CLOSE, np.ones((1, SLIT), np.uint8))
     return ((there <= 0.5) & (closed[:, SLIT:-SLIT] > 0.5)).astype(float)
+
+
+def _lobes(there: np.ndarray, chart: Chart) -> np.ndarray:
+    """Rest of the ears [ROWS, COLUMNS] 0 or 1 that hair [ROWS, COLUMNS] 0..1 covers in part.
+
+    A lobe looks out of a bob; on an ear of another shape it would stick out of the hair like a fin.
+    """
+    ear = chart.ears - chart.skull > LOBE
+    ear[: DOME + BELOW_EYES[0]] = ear[DOME + BELOW_EYES[1] :] = False  # shoulders stand out, too
+    ear = cv2.dilate(ear.astype(np.uint8), np.ones((2 * ENDS + 1, 5))) > 0
+    covered = np.maximum.accumulate((ear & (there > 0.5)).astype(np.uint8), 0)
+    covered = cv2.dilate(covered, np.ones((1, 7), np.uint8)) > 0
+    bare = (ear & covered & (there <= 0.5)).astype(np.uint8)
+    around: np.ndarray = ear & (cv2.dilate(bare, np.ones((7, 3), np.uint8)) > 0)
+    return around.astype(float)
 
 
 def _held(there: np.ndarray) -> np.ndarray:

@@ -136,7 +136,9 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
         falling = smoothstep(-2.0, RISE, charts.distance_inside(_without_hem(there > 0.5, free)))
         rise = np.where(hung, falling, np.minimum(rise, steep))
         radius = base + LEAST + tall * charts.smooth(rise, 5.0)
-    # Where an ear stands out farther than hair does, hair is behind it, and its ends would pierce it.
+    # A lobe that hair covers is under it. Where an ear stands out farther than other hair does, hair is behind
+    # it, and its ends would pierce it.
+    radius = np.where(slits > 0.5, np.maximum(radius, chart.ears + LEAST), radius)
     pierced = (chart.ears - chart.skull > PIERCED) & (radius < chart.ears)
     there = np.where(pierced, 0, there)
     rows = np.flatnonzero((there > 0.5).any(1))

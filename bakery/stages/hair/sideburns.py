@@ -18,6 +18,10 @@ ROW = 2.5  # mm, half the height of the strip of skin around a line
 CHEEK = 0.45, 0.6  # cosines to the camera between which a line begins
 BEYOND = 8.0  # mm that it goes on behind the ear's front, over which hair stands out
 HIDDEN = 12.0  # mm before an ear that are turned away: the photo says nothing of this side
+SQUARER = (
+    0.05,
+    0.15,
+)  # cosine there by which the other side is seen better: a little, and it tells of both
 STEP = 0.5  # mm
 WIDE = 1.2, 2.5  # mm of hair on it that are none, that are a sideburn
 
@@ -48,7 +52,7 @@ def sideburns(
         each[near] for each in (across, up, temples.left, places, pixels, cosine)
     )
     cheek = (cosine > CHEEK[0]) & (cosine < CHEEK[1])
-    told, there = np.zeros((2, 2, len(heights)))
+    told, there, square = np.zeros((3, 2, len(heights)))
     for row, height in enumerate(heights):
         strips = [side & (np.abs(up - height) < ROW) for side in (left, ~left)]
         if not all((strip & cheek).any() for strip in strips):
@@ -64,7 +68,9 @@ def sideburns(
             line = begin[k] + np.arange(0, reach, STEP)[:, None] * scale * way
             seen = strips[k] & (cosine > 0)
             told[k, row] = across[seen].max() > temples.front - HIDDEN
+            square[k, row] = cosine[strips[k] & (across > temples.front - HIDDEN)].max(initial=0)
             there[k, row] = smoothstep(*WIDE, STEP * (bilinear(hair, line) > 0.5).sum())
+    told *= 1 - told[::-1] * smoothstep(*SQUARER, square[::-1] - square)
     usual = USUAL * there[:, -1].max()  # of people who have any hair above the ears
     other = told[::-1] * there[::-1] + (1 - told[::-1]) * usual
     found = told * there + (1 - told) * other

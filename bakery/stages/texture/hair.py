@@ -12,9 +12,9 @@ from bakery.geometry.noise import value_noise
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.heads.scalp import BROW, EYE, ear_box, ear_depth, scalp, unrolled
-from bakery.landmarks import CHIN, OVAL, face_size
+from bakery.landmarks import CHIN, EYE_CORNERS, OVAL, face_size
 from bakery.stages.atlas import Atlas, soften, uv_polygon
-from bakery.stages.hair.portrait import without_glare
+from bakery.stages.hair.portrait import unlike_backdrop
 from bakery.stages.hair.presence import trusted, weighed
 from bakery.stages.hair.sideburns import sideburns
 from bakery.stages.hair.temples import temples_of
@@ -50,7 +50,6 @@ STRANDS = (0.45, 0.2)  # of hair they are sooner: none from the first on, all up
 SQUARE = (0.1, 0.45)
 SIDEBURN = (-6.0, 8.0)  # mm above the middle of an ear, up to which the layer shows none, all
 LOBE = 6.0  # mm before an ear from which it shows all
-POCKETS = 0.25  # of the eye distance, from the background: how far between strands it is seen
 # Cosine: at a slant what the labels tell of a hairline is a comb: as told from the first on, smooth up to
 # the second.
 RAGGED = (0.7, 0.4)
@@ -101,7 +100,6 @@ def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarra
     picture = np.ascontiguousarray(encoded, np.float32)
     scale = face_size(points) / EYES_APART
     hair = segmentation.regions == HAIR
-    hair = without_glare(picture, hair, segmentation.regions == SKIN, points, scale)
     away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
     taken = smoothstep(*HAIR_STRIP, away) if hair.any() else np.ones(hair.shape)
     shown = smoothstep(*SHOWN_STRIP, away) if hair.any() else np.zeros(hair.shape)
@@ -109,7 +107,10 @@ def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarra
     behind = _large(around, (SPECK * face_size(points)) ** 2)
     off = cv2.distanceTransform((~behind).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
     clear = smoothstep(*HALO, off) if behind.any() else np.ones(hair.shape)
-    hair = hair * (1 - _pockets(encoded, segmentation.regions, off))
+    level = float(points[EYE_CORNERS, 1].mean())
+    hair = hair * unlike_backdrop(
+        picture, hair.astype(np.float32), segmentation.regions == BACKGROUND, level, scale
+    )
     strip = shown * ((segmentation.regions == SKIN) | (around & ~behind))
     occluder = np.isin(segmentation.regions, (GLASSES, HIDDEN))
     if occluder.any():  # hinges and arms of glasses are wider than their labels
@@ -126,23 +127,6 @@ def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarra
         np.isin(segmentation.labels, (BROWS, BEARD, LIPS, MOUTH, EYES)),
     )
     return Mattes(*(x.astype(np.float32) for x in layers))
-
-
-def _pockets(encoded, labels, off):
-    """How surely a pixel of hair [H, W] is background that shows between strands, 0..1.
-
-    Args:
-        off: [H, W] distance from the background, in eye distances.
-    """
-    both = [labels == label for label in (BACKGROUND, HAIR)]
-    nothing = np.zeros(labels.shape, np.float32)
-    if not all(where.any() for where in both):
-        return nothing
-    colors = [np.median(encoded[where], 0) for where in both]
-    if np.linalg.norm(colors[0] - colors[1]) < 0.2:  # too alike to tell apart
-        return nothing
-    behind, hair = (np.linalg.norm(encoded - color, axis=-1) for color in colors)
-    return smoothstep(0.45, 0.25, behind / (behind + hair + 1e-6)) * (off < POCKETS)
 
 
 def _large(mask, area):
