@@ -116,7 +116,7 @@ def test_a_side_that_is_turned_away_has_the_sideburn_of_the_other(slant, head):
 @pytest.mark.parametrize("hairy", [False, True])
 def test_sideburns_that_nobody_sees_are_as_usual_of_those_who_have_hair(hairy, head):
     places, pixels, cosine = edge_on(head)
-    seen = unrolled(head)(places)[:, 0] < ear_box(head)[0] - 15
+    seen = unrolled(head)(places)[:, 0] < ear_box(head)[0] - 20
     hair = np.full((1200, 1000), float(hairy), np.float32)
     found = sideburns(
         temples_of(head, places[seen]), places[seen], pixels[seen], cosine[seen], hair

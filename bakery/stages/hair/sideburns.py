@@ -17,7 +17,9 @@ USUAL = np.array([0.05, 0.15, 0.32, 0.47, 0.66, 0.78, 0.87, 0.94, 0.96, 0.96, 0.
 ROW = 2.5  # mm, half the height of the strip of skin around a line
 CHEEK = 0.45, 0.6  # cosines to the camera between which a line begins
 BEYOND = 8.0  # mm that it goes on behind the ear's front, over which hair stands out
-HIDDEN = 12.0  # mm before an ear that are turned away: the photo says nothing of this side
+# mm before an ear between which skin is turned to the camera, or the photo says nothing of this side. An ear's
+# own rim, nearer, may look forward where the skin does not.
+BAND = 18.0, 6.0
 SQUARER = (
     0.05,
     0.15,
@@ -52,6 +54,7 @@ def sideburns(
         each[near] for each in (across, up, temples.left, places, pixels, cosine)
     )
     cheek = (cosine > CHEEK[0]) & (cosine < CHEEK[1])
+    beside = (across > temples.front - BAND[0]) & (across < temples.front - BAND[1])
     told, there, square = np.zeros((3, 2, len(heights)))
     for row, height in enumerate(heights):
         strips = [side & (np.abs(up - height) < ROW) for side in (left, ~left)]
@@ -66,9 +69,9 @@ def sideburns(
             way = way / np.linalg.norm(way)
             reach = ((pixels[strips[k]] - begin[k]) @ way).max() / scale + BEYOND
             line = begin[k] + np.arange(0, reach, STEP)[:, None] * scale * way
-            seen = strips[k] & (cosine > 0)
-            told[k, row] = across[seen].max() > temples.front - HIDDEN
-            square[k, row] = cosine[strips[k] & (across > temples.front - HIDDEN)].max(initial=0)
+            before = strips[k] & beside
+            square[k, row] = np.median(cosine[before]) if before.any() else 0
+            told[k, row] = square[k, row] > 0
             there[k, row] = smoothstep(*WIDE, STEP * (bilinear(hair, line) > 0.5).sum())
     told *= 1 - told[::-1] * smoothstep(*SQUARER, square[::-1] - square)
     usual = USUAL * there[:, -1].max()  # of people who have any hair above the ears
