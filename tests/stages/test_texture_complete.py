@@ -222,8 +222,16 @@ def test_what_is_darker_than_likely_is_told_without_brows():
     assert rim[90:102].min() > 0.5 and rim[:60].max() == rim[160:].max() == 0
     soft = np.linspace(0, 2, SIZE)[:, None] * np.ones(SIZE)
     assert leak(soft).max() < 0.01, "a soft terminator has no rim"
-    strange = odd(gap)
+    strange = odd(gap, np.zeros_like(gap))
     assert strange[:90].min() == 1 and strange[160:].max() == 0
+    assert odd(gap, np.ones_like(gap))[:90].min() == 1, "what is dark is odd anyhow"
+
+
+def test_a_lamp_on_skin_that_is_seen_squarely_is_not_odd():
+    """0.5 of log lighter than likely: glare at a slant, the lamp's on a forehead."""
+    gap = np.full((SIZE, SIZE), -0.5, np.float32)
+    assert odd(gap, np.zeros_like(gap)).min() > 0.6
+    assert odd(gap, np.ones_like(gap)).max() == 0
 
 
 def test_a_cast_shadow_goes_and_leaves_no_border(head, atlas, face):

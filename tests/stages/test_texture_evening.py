@@ -5,7 +5,7 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 from bakery.geometry.color import LUMA
-from bakery.stages.texture.evening import alike, evened
+from bakery.stages.texture.evening import HOLE, alike, evened, without_holes
 
 SIZE = 256
 TONE = np.array([0.35, 0.22, 0.16], np.float32)
@@ -66,6 +66,32 @@ def test_what_is_darker_ends_no_lighter_than_what_was_lighter():
     made = even_out(PLAIN * np.exp(-dark))
     tone = np.log(made.albedo @ LUMA)[8:-8, 8:-8].mean(1)
     assert np.diff(tone).max() < 1e-3
+
+
+def test_small_holes_in_what_is_known_are_none():
+    known = np.zeros((SIZE, SIZE), np.float32)
+    known[50:200] = 1
+    speck = int(1.5 * HOLE * SIZE)
+    known[100 : 100 + speck, 100 : 100 + speck] = 0
+    known[100:150, 150:200] = 0
+    found = without_holes(known)
+    assert found[100 : 100 + speck, 100 : 100 + speck].min() == 1
+    assert found[120:130, 170:180].max() == 0 and found[:45].max() == 0
+
+
+def test_a_hairline_goes_on_as_the_forehead_inside():
+    """Forehead that a lamp lights, 0.4 of log above what is likely, up to where nothing is known: no band beside the hair."""
+    known, face = WHOLE.copy(), WHOLE.copy()
+    known[:60], face[:140] = 0, 0
+    lamp = np.exp(0.4 * (np.arange(SIZE) < 140))[:, None, None]
+    tone = {
+        name: np.log(even_out(PLAIN * lamp, known, even, face=face).albedo @ LUMA)[:, 128]
+        for name, even in (("squarely", WHOLE), ("slanting", np.full_like(WHOLE, 0.05)))
+    }
+    inner, border = slice(90, 110), slice(61, 63)
+    step = {name: line[border].mean() - line[inner].mean() for name, line in tone.items()}
+    assert abs(step["squarely"]) < 0.05, "0.12 before"
+    assert tone["squarely"][inner].mean() - tone["slanting"][inner].mean() > 0.15
 
 
 def test_tones_at_a_slant_are_held_closer():

@@ -179,7 +179,7 @@ def presence(
     there = beside + np.clip(sure, 0, 1) * (there - beside)
     over_ears = under & (np.cos(turn) < np.cos(np.radians(CHEEK)))
     slits = np.where(over_ears & (np.arange(ROWS) >= DOME)[:, None], _slits(there), 0)
-    slits = np.maximum(slits, under * _lobes(np.maximum(there, slits), chart))
+    slits = np.maximum(slits, over_ears * _lobes(np.maximum(there, slits), chart))
     there = _hanging(np.maximum(there, slits), turn)
     line = np.clip(1.2 * (charts.smooth(_held(there), LINE) - 0.5) + 0.5, 0, 1)
     return _held(line), (upper * square + (1 - upper) * seen) * (1 - slits), slits

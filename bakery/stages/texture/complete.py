@@ -19,7 +19,7 @@ from bakery.stages.texture.correlations import (
     windows_of,
 )
 from bakery.stages.texture.database import blended, load_database
-from bakery.stages.texture.evening import alike, evened
+from bakery.stages.texture.evening import alike, evened, without_holes
 from bakery.stages.texture.grain import own_grain
 from bakery.stages.texture.occlusion import openness, shade_of
 from bakery.stages.texture.shadows import LIKELY, darker_half, darkness, leak, odd
@@ -81,11 +81,11 @@ def complete(
         sure = trusted * even
         likely = likely_tone(alike(joined, sure), sure, head, atlas, database)
         gap = darkness(likely, joined, known * partial.plain)
-        kept = (1 - leak(gap)) * (1 - odd(gap) * (1 - face))
+        kept = (1 - leak(gap)) * (1 - odd(gap, even) * (1 - face))
         even = even * (1 - smoothstep(*LIKELY, gap))
         known, sure = known * kept, trusted * even * kept
         likely = likely_tone(alike(joined, sure), sure, head, atlas, database)
-        twice = np.minimum(seen, seen[:, ::-1])
+        twice = without_holes(np.minimum(seen, seen[:, ::-1]))
         skin = evened(joined, known, even, twice, sure, likely, partial.plain, face, on_skin)
         joined, known, base, lift = skin.albedo, skin.known, skin.tone, skin.lift
         tone = np.median(joined[well], 0) if well.any() else tone

@@ -36,6 +36,7 @@ STRIP = 1 / 64  # of the atlas's side, half the width of a shadow that is lost w
 TINGED = (0.1, 0.25)  # log of a colour beside luminance: of skin, and of a border that is none
 SHADY = (0.3, 0.6)  # the same of luminance
 DOUBT = (0.3, 0.9)  # how far skin is known: its tone is as little believed as a border's, and fully
+HOLE = 1 / 45  # of the atlas's side, half the width of a hole in what is known that is none
 UNSEEN = 0.003  # how strongly unseen skin leans to what is likely, against its borders
 
 
@@ -83,15 +84,18 @@ def evened(
     low, both = log_of(albedo), np.sqrt(likely * likely[:, ::-1])
     inner = np.maximum(face, _well_known(known, RIM * size))
     weight = sure * inner * (plain + 1e-3)
-    inside = (weight * face + UNSEEN * on_skin)[..., None]
+    middle = (weight * face + UNSEEN * on_skin)[..., None]
     field = _field(np.clip(low - log_of(both), -DARKER, DARKER), weight, on_skin)
-    level = (field * inside).sum((0, 1)) / inside.sum()
+    level = (field * middle).sum((0, 1)) / middle.sum()
     field = level + _held(field - level, FIELD, face, FIELD_BESIDE)
     log = np.log(both) + field
-    mean = (log * inside).sum((0, 1)) / inside.sum()
+    mean = (log * middle).sum((0, 1)) / middle.sum()
     base = np.exp(mean + _held(log - mean, FACE, face, BESIDE))
     ratio = np.clip(low - log_of(base), -DARKER, DARKER)
     wanted = _believed(ratio, known, even * inner, twice)
+    # A border that is seen squarely, as a hairline, goes on as the skin inside; at a slant as is likely.
+    inside = diffuse(wanted, known * even * inner) * (even * (1 - inner))[..., None]
+    wanted = inside + _believed(ratio - inside, known, even * inner, twice)
     lift = wanted - ratio
     lost = smoothstep(*LOST, lift @ LUMA) * (1 - even) * (1 - face)
     edges = _edges(lift @ LUMA) * _inside(known, FINE * size)
@@ -213,8 +217,13 @@ def _well_known(known: np.ndarray, width: float) -> np.ndarray:
 
     Soft: a place that is known by four fifths is no border, and skin there is not another's.
     """
-    least = cv2.erode(known, disk(0.65 * width), borderType=cv2.BORDER_REPLICATE)
+    least = cv2.erode(without_holes(known), disk(0.65 * width), borderType=cv2.BORDER_REPLICATE)
     return np.float32(smoothstep(*DOUBT, cv2.GaussianBlur(least, (0, 0), 0.2 * width)))
+
+
+def without_holes(known: np.ndarray) -> np.ndarray:
+    """What is known [T, T] 0..1 with its small holes closed: around a mole or a speck, tones are as sure as beside it."""
+    return cv2.morphologyEx(known.astype(np.float32), cv2.MORPH_CLOSE, disk(HOLE * len(known)))
 
 
 def _log(color: np.ndarray) -> np.ndarray:

@@ -18,6 +18,7 @@ HALVES = (0.35, 0.8)  # than the other half of the face
 LIKELY = (0.35, 0.8)  # than what is likely
 WIDE, FINE = 1 / 60, 1 / 70  # of the atlas's side: halves are compared so; what is finer is detail
 ODD = (0.3, 0.6)  # log by which skin off the face differs from it: all of it is taken, and none
+LIT = 0.6  # of a log by which skin is lighter that a lamp explains where it is seen squarely, as on a forehead
 RIM = (
     1 / 45
 )  # of the atlas's side: how far light leaks into a deep shadow, and the shadow out of it
@@ -61,14 +62,16 @@ def darkness(likely: np.ndarray, albedo: np.ndarray, weight: np.ndarray) -> np.n
     return diffuse((one - other)[..., None], weight)[..., 0]
 
 
-def odd(gap: np.ndarray) -> np.ndarray:
+def odd(gap: np.ndarray, even: np.ndarray) -> np.ndarray:
     """How surely [T, T] 0..1 what was seen beside the face is no even skin: sideburns, temples of glasses, glare.
 
     Args:
         gap: of `darkness`.
+        even: [T, T] 0..1, how far tones are believed: less at a slant.
     """
     width = int(RIM * len(gap)) | 1
-    out: np.ndarray = cv2.dilate(np.float32(smoothstep(*ODD, np.abs(gap))), disk(width / 2))
+    off = np.maximum(gap, -gap * (1 - LIT * even))
+    out: np.ndarray = cv2.dilate(np.float32(smoothstep(*ODD, off)), disk(width / 2))
     return out
 
 
