@@ -48,7 +48,7 @@ LOOK = (0.2, 0.45)
 STRANDS = (0.45, 0.2)  # of hair they are sooner: none from the first on, all up to the second
 # Cosine: on the skin a few mm of the fit are centimetres of hair that is drawn.
 SQUARE = (0.1, 0.45)
-SIDEBURN = (-6.0, 8.0)  # mm above the middle of an ear, up to which the layer shows none, all
+SIDEBURN = (-14.0, -2.0)  # mm above the middle of an ear, up to which the layer shows none, all
 LOBE = 6.0  # mm before an ear from which it shows all
 # Cosine: at a slant what the labels tell of a hairline is a comb: as told from the first on, smooth up to
 # the second.
