@@ -193,12 +193,7 @@ def _edges(lift: np.ndarray) -> np.ndarray:
 
 def _strange(ratio: np.ndarray, known: np.ndarray) -> np.ndarray:
     """Where [T, T] 0..1 the border of something large that is not known is unlike the skin around."""
-    size = len(known)
-    small = (max(size // 4, 1),) * 2  # the disc is wide, and its cost grows with the square of that
-    firm = np.uint8(cv2.resize(known, small, interpolation=cv2.INTER_AREA) > 0.8)
-    width = int(WIDE * small[0]) | 1
-    closed = cv2.morphologyEx(firm, cv2.MORPH_CLOSE, disk(width / 2)).astype(np.float32)
-    closed = cv2.resize(closed, (size, size), interpolation=cv2.INTER_LINEAR)
+    closed = _closed(known > 0.8, WIDE / 2)
     gray = ratio @ LUMA
     tint = np.abs(ratio - gray[..., None]).max(2)
     unlike = np.maximum(smoothstep(*TINGED, tint), smoothstep(*SHADY, np.abs(gray)))
@@ -223,7 +218,19 @@ def _well_known(known: np.ndarray, width: float) -> np.ndarray:
 
 def without_holes(known: np.ndarray) -> np.ndarray:
     """What is known [T, T] 0..1 with its small holes closed: around a mole or a speck, tones are as sure as beside it."""
-    return cv2.morphologyEx(known.astype(np.float32), cv2.MORPH_CLOSE, disk(HOLE * len(known)))
+    return np.maximum(known, _closed(known, HOLE)).astype(np.float32)
+
+
+def _closed(known: np.ndarray, radius: float) -> np.ndarray:
+    """A mask [T, T] 0..1 closed by a disc of that radius, in shares of its side.
+
+    At a quarter of the size: the disc is wide, and its cost grows with the square of that.
+    """
+    size = len(known)
+    small = (max(size // 4, 1),) * 2
+    coarse = cv2.resize(np.float32(known), small, interpolation=cv2.INTER_AREA)
+    closed = cv2.morphologyEx(coarse, cv2.MORPH_CLOSE, disk(radius * small[0]))
+    return cv2.resize(closed, (size, size), interpolation=cv2.INTER_LINEAR)
 
 
 def _log(color: np.ndarray) -> np.ndarray:
