@@ -225,7 +225,9 @@ class Painter:
         hair = bilinear(portrait.hair, pixels)
         picture = bilinear(portrait.color, pixels) * np.exp(shell.chart.take(self.even, cells))
         more = 0.0 if self.curls is None else CURLED * self.curls.share
-        sure = smoothstep(0.1, 0.5, hair) * smoothstep(SLANT[0] + more, SLANT[1] + more, np.abs(slant))
+        sure = smoothstep(0.1, 0.5, hair) * smoothstep(
+            SLANT[0] + more, SLANT[1] + more, np.abs(slant)
+        )
         sure = sure * shell.chart.take(self.shows, cells)
         if skin:
             bare = smoothstep(0.7, 0.3, hair) * at(portrait.skin, pixels)
