@@ -30,6 +30,8 @@ FADED = 0.35, 0.85
 OWN = 4.0  # times its own weight that the colour of a side counts, before the other one's
 # Log brightness, and tint, by which made-up hair differs from the middle of the seen.
 DIFFERS = 0.5, 0.06
+# Log brightness by which hair may be darker than that: the rest is shade, of which so much is taken at most.
+SHADED, LIFTED = 0.2, 0.6
 BESIDE = 0.6  # cosine of the azimuth from which hair is beside the head
 THINS = 0.0, 12.0  # mm within a hairline beside the face over which strands get more
 STREAKS = 1.0  # of the photo's contrast that made-up strands have
@@ -67,6 +69,8 @@ class Painter:
         self.look = self._look()
         self.near = charts.smooth(self.look[1].astype(float), EVEN[0])
         self.unseen = 1 - np.clip(self.near, 0, 1)  # what is seen has its light in its tone
+        self.cosine = self._cosine(shell.surface(charts.grid(), 1.0), charts.grid())
+        self.middle = self._middle()
         self.even = self._even()
         self.tone = self._tone()
         self.energy = self._energy()
@@ -103,10 +107,41 @@ class Painter:
         )
         return bilinear(dark, pixels), weight
 
+    def _middle(self):
+        """The mean log colour [3] of the hair that the photo shows: of a bald top's, of its sides alone."""
+        values, weight = self.look
+        if not (weight > 0.5).any():
+            return None
+        rows, columns = np.nonzero(weight > 0.5)
+        # What is seen at a slant is in the shade.
+        square = np.clip(self.cosine[rows, columns], 0, 1) ** 2 + 1e-3
+        colors = np.exp(values[rows, columns])
+
+        def mean(some):
+            share = (square * some)[:, None]
+            return np.log((share * colors).sum(0) / share.sum()).astype(np.float32)
+
+        whole = mean(np.ones(len(rows)))
+        sides = (rows > DOME // 2) & (np.cos(charts.azimuth()[columns]) < BESIDE)
+        skin = self.portrait.linear[self.portrait.skin]
+        if not (len(skin) and sides.any()):
+            return whole
+        beside = mean(sides)
+        bare, top, aside = (
+            to_encoded(x) for x in (np.median(skin, 0), np.exp(whole), np.exp(beside))
+        )
+        shines = np.linalg.norm(top - bare) < np.linalg.norm(top - aside)
+        return beside if shines and np.linalg.norm(aside - bare) > UNLIKE else whole
+
+    def _lit(self, logs):
+        """Log brightness [ROWS, COLUMNS] that log colours lack: what is darker than the middle is shade."""
+        level = (logs - self.middle) @ LUMA.astype(logs.dtype)
+        return np.clip(-SHADED - level, 0, LIFTED)[..., None]
+
     def _even(self):
         """Log [ROWS, COLUMNS, 3] that brings what the photo shows at a slant to the tone of the hair around."""
         values, weight = self.look
-        slant = np.abs(self._cosine(self.shell.surface(charts.grid(), 1.0), charts.grid()))
+        slant = np.abs(self.cosine)
         square = weight * (np.clip(slant, 0, 1) ** 2 + 1e-3)
 
         def mean(share, mm):
@@ -115,7 +150,10 @@ class Painter:
 
         near, around = mean(weight, EVEN[0]), mean(square, EVEN[1])
         share = smoothstep(*EVENED, slant) * smoothstep(0.0, 0.1, self.near)
-        return share[..., None] * (held(near, around, *PATCHY) - near)
+        wanted = held(near, around, *PATCHY)
+        if self.middle is not None:
+            wanted = wanted + self._lit(wanted)
+        return share[..., None] * (wanted - near)
 
     def _tone(self):
         """Log colour [ROWS, COLUMNS, 3] of the hair in each cell, continued to what is unseen."""
@@ -128,36 +166,21 @@ class Painter:
         values = (values * weight[..., None] + values[:, ::-1] * other[..., None]) / np.maximum(
             both, 1e-6
         )[..., None]
-        weight = both
         wide, stretch = COLUMNS // 2, 3  # colours go on around the head rather than up and down
         padded, known = (
             np.repeat(
                 np.pad(p, ((0, 0), (wide, wide)) + ((0, 0),) * (p.ndim - 2), "wrap"), stretch, 0
             )
-            for p in (values, weight)
+            for p in (values, both)
         )
         on = diffuse(padded, known)[stretch // 2 :: stretch, wide:-wide]
-        if (weight > 0.5).any():
-            rows, columns = np.nonzero(weight > 0.5)
-            beside = (rows > DOME // 2) & (np.cos(charts.azimuth()[columns]) < BESIDE)
-            middle = self._middle(values[rows, columns], beside)
+        if self.middle is not None:
             # The shaded rim of a side, spread over all of it, would be hair of another colour.
-            on = held(on, middle, *DIFFERS)
-            far = 1 - smoothstep(0.0, 0.2, charts.smooth(weight.astype(float), 50.0))[..., None]
-            on = on + UNSEEN * far * (middle - on)
+            on = held(on, self.middle, *DIFFERS)
+            on = on + self._lit(on)
+            far = 1 - smoothstep(0.0, 0.2, charts.smooth(both.astype(float), 50.0))[..., None]
+            on = on + UNSEEN * far * (self.middle - on)
         return charts.smooth(on.astype(float), 6.0)
-
-    def _middle(self, values, sides):
-        """The middle of log colours [n, 3]: of a bald top's, of those alone that are of `sides` [n]."""
-        middle = np.median(values, 0)
-        skin = self.portrait.linear[self.portrait.skin]
-        if not (len(skin) and sides.any()):
-            return middle
-        bare = to_encoded(np.median(skin, 0))
-        beside = np.median(values[sides], 0)
-        whole, aside = to_encoded(np.exp(middle)), to_encoded(np.exp(beside))
-        shines = np.linalg.norm(whole - bare) < np.linalg.norm(whole - aside)
-        return beside if shines and np.linalg.norm(aside - bare) > UNLIKE else middle
 
     def _energy(self):
         """Standard deviation of the log brightness of single wisps."""
