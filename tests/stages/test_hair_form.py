@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bakery.geometry import camera as cameras
-from bakery.geometry.color import to_linear
+from bakery.geometry.color import LUMA, to_linear
 from bakery.geometry.raster import rasterize
 from bakery.geometry.sample import bilinear
 from bakery.heads.file import load_head
@@ -235,11 +235,29 @@ def test_a_bald_top_that_shines_does_not_tell_the_colour_of_the_back(curtains):
     portrait, shell = curtains
     painter = Painter(portrait, shell, flow(portrait, shell, *photographed(portrait))[0])
     skin, dark = (np.log(to_linear(np.array(COLORS[label]))) for label in (SKIN, HAIR))
-    values = np.concatenate([np.repeat(skin[None], 60, 0), np.repeat(dark[None], 40, 0)])
-    sides = np.arange(100) >= 60
-    np.testing.assert_allclose(painter._middle(values, sides), dark, atol=1e-6)
+    sides = np.zeros((ROWS, COLUMNS), bool)
+    sides[DOME:, np.cos(chart.azimuth()) < 0] = True
+    weight = sides.astype(np.float32)
+    weight[: DOME // 4] = 1
+    painter.look = np.where(sides[..., None], dark, skin).astype(np.float32), weight
+    painter.cosine = np.where(sides, 0.2, 1.0)
+    np.testing.assert_allclose(painter._middle(), dark, atol=1e-5)
     painter.portrait = replace(portrait, skin=np.zeros_like(portrait.skin))
-    np.testing.assert_allclose(painter._middle(values, sides), skin, atol=1e-6)
+    np.testing.assert_allclose(painter._middle(), skin, atol=0.15)  # sides at a slant weigh little
+
+
+def test_hair_at_a_slant_is_not_darker_than_what_is_seen_squarely(curtains):
+    """Sides at 0.2 of the light, as a lamp in front leaves them: of 1.6 of log 0.6 are taken at most."""
+    portrait, shell = curtains
+    painter = Painter(portrait, shell, flow(portrait, shell, *photographed(portrait))[0])
+    values, weight = painter.look
+    slant = 1 - np.clip((painter.cosine - 0.3) / 0.4, 0, 1)
+    painter.look = (values + np.log(0.2) * slant[..., None]).astype(np.float32), weight
+    painter.middle = painter._middle()
+    even = painter._even() @ LUMA
+    shaded = (weight > 0.5) & (slant == 1) & (painter.near > 0.5)
+    assert shaded.sum() > 20 and even[shaded].min() > 0.3
+    assert np.abs(even[(weight > 0.5) & (painter.cosine > 0.95)]).max() < 0.05
 
 
 def test_the_cap_closes_hair_beside_the_face(curtains):
