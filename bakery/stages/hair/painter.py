@@ -40,7 +40,7 @@ DIMMED = 0.1  # log brightness that it loses beside the ring
 RING = 42.0, 15.0  # degrees above the horizon that hair faces where the gloss is, and its width
 INNER_SIDE = 0.35  # how much of the photo shows on hair that it sees from within, in the dark
 SLANT = (0.25, 0.5)  # cosine to the camera: the photo is not shown up to it, and all from it on
-CURLED = 0.25  # added to both for curls: drawn out they are no curls
+CURLED = 0.12  # added to both for curls: drawn out they are no curls
 # The same of strands over the photo: at a slant it is drawn out to a smear. Beside the border of hair, where
 # its colours are continued, there are none of its own.
 DRAWN = (0.8, 0.45)
