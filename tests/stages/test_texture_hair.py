@@ -165,7 +165,7 @@ def test_sideburns_stay_on_the_skin_below_cards(head, seen):
     flat, (front, _, low, high) = unrolled(head)(atlas.at(head.mean)), ear_box(head)
     across, up = flat.T
     assert where[(across < front - 8) & (up > (low + high) / 2 + 10)].min() > 0.99
-    assert where[(across > front + 3) | (up < (low + high) / 2 - 8)].max() < 0.01
+    assert where[(across > front + 3) | (up < (low + high) / 2 - 16)].max() < 0.01
 
 
 def test_specks_of_background_in_a_fringe_belong_to_it():
