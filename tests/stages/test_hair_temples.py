@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from bakery.heads.scalp import ear_box, unrolled
+from bakery.landmarks import EYES
 from bakery.stages.hair.portrait import (
     COLLAR,
     HAIRLINE,
@@ -11,6 +12,7 @@ from bakery.stages.hair.portrait import (
     MIXED,
     _share_of_hair,
     unlike_backdrop,
+    without_glare,
 )
 from bakery.stages.hair.sideburns import sideburns
 from bakery.stages.hair.temples import HEIGHTS, SOFT, Temples, temples_of
@@ -176,6 +178,46 @@ def test_grey_temples_are_no_backdrop():
     picture[60:, 15:] = (0.45, 0.46, 0.47)
     kept = unlike_backdrop(picture, (~backdrop).astype(np.float32), backdrop, 120, 1.0)
     assert kept[75:, 15:].min() > 0.9  # 15 mm from the dark hair
+
+
+def lit_from_behind(hair):
+    """Picture, labels of hair and of skin, and landmarks: a temple that glares, labelled hair."""
+    picture = np.full((80, 100, 3), (0.7, 0.5, 0.4), np.float32)
+    solid = np.zeros((80, 100), bool)
+    solid[:, 70:] = True
+    picture[solid] = hair
+    skin = ~solid
+    picture[20:60, 70:76] = 0.95
+    points = np.tile([40.0, 64.0], (478, 1))  # eyes end at column 40, below the glare
+    return picture, solid, skin, points
+
+
+def test_light_that_glares_on_a_temple_is_no_hair():
+    picture, solid, skin, points = lit_from_behind((0.25, 0.18, 0.12))
+    kept = without_glare(picture, solid, skin, points, 1.0)
+    assert not kept[22:58, 70:76].any() and kept[:, 80:].all() and kept[:16, 70:].all()
+
+
+def test_a_highlight_of_light_hair_beside_no_skin_stays():
+    picture, solid, skin, points = lit_from_behind((0.25, 0.18, 0.12))
+    picture[20:60, 70:76] = (0.25, 0.18, 0.12)
+    picture[20:40, 73:79] = 0.95  # skin ends at column 70
+    assert without_glare(picture, solid, skin, points, 1.0)[20:40, 74:].all()
+
+
+def test_white_hair_and_locks_above_the_eyes_stay():
+    picture, solid, skin, points = lit_from_behind((0.85, 0.85, 0.85))
+    assert np.array_equal(without_glare(picture, solid, skin, points, 1.0), solid)
+    picture, solid, skin, points = lit_from_behind((0.25, 0.18, 0.12))
+    points[:, 0] = np.linspace(0, 99, len(points))
+    points[np.concatenate(EYES), 0] = np.linspace(2, 98, len(np.concatenate(EYES)))
+    assert np.array_equal(without_glare(picture, solid, skin, points, 1.0), solid)
+
+
+def test_white_hair_beside_hair_that_is_light_is_no_glare():
+    picture, solid, skin, points = lit_from_behind((0.25, 0.18, 0.12))
+    picture[:, 76:88] = 0.6
+    assert np.array_equal(without_glare(picture, solid, skin, points, 1.0), solid)
 
 
 def _hairline(hair):

@@ -8,9 +8,10 @@ import numpy as np
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import LUMA, to_linear
 from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
-from bakery.geometry.masks import beside, disk
+from bakery.geometry.masks import beside, disk, touching
 from bakery.geometry.raster import rasterize
 from bakery.heads.base import HeadModel
+from bakery.landmarks import EYES
 from bakery.stages.segment import (
     BACKGROUND,
     CLOTHES,
@@ -27,6 +28,11 @@ FINE = 1.6  # pixels a millimetre at most
 ASIDE, ABOVE, BELOW = 190.0, 160.0, 330.0  # mm around the middle of the head that are looked at
 SPECK = 60.0, 0.08  # mm2, share of all hair: smaller patches of hair are mistakes
 WISP = 5.0  # mm around the outline in which the photo says what is hair
+GLARES = 0.12, 0.06  # of sRGB: lighter than skin and hair, and less red than skin
+BESIDE_SKIN, HALF_LIT = 12.0, 2.0  # mm beside skin that it glares; around it, what is half as light
+# mm around what glares that hair is beside it, and of the skin's light, which that has less: of nine people
+# one who is lit from behind, and one beside white skin, have 0.74 and 0.80, those with white hair 0.94 to 1.24.
+HAIR_BESIDE, DARK_HAIR = 8.0, 0.87
 UNLIKE = 0.35  # distance of sRGB colours of two patches that are not both hair
 POCKETS = 18.0, 45.0  # mm from the backdrop, above and below the eyes: how far it is seen in hair
 ALIKE = 0.2  # distance of sRGB colours of what may be the same
@@ -134,6 +140,8 @@ def look(
     picture = np.clip(warped(np.ascontiguousarray(encoded, np.float32)), 0, 1)
     scale_mm = mm * scale
     solid = (regions == HAIR) & (labels != HAT)
+    marks = cameras.project(head.landmarks(neutral), cut)
+    solid = without_glare(picture, solid, regions == SKIN, marks, scale_mm)
     solid = before_face(picture, solid, labels, regions, scale_mm)
     solid = _patches(picture, solid, scale_mm)
     level = float(cameras.project(np.zeros(3), cut)[1])
@@ -199,6 +207,42 @@ def _patches(picture, solid, scale):
         unlike = np.linalg.norm(np.median(picture[number == patch], 0) - main) > UNLIKE
         kept[patch] = not (unlike and area[patch] < 0.3 * area.max())
     return kept[number]
+
+
+def without_glare(
+    picture: np.ndarray, solid: np.ndarray, skin: np.ndarray, points: np.ndarray, scale: float
+) -> np.ndarray:
+    """Labelled hair [H, W] bool without light from behind that glares on the temples beside it.
+
+    It is whiter than skin, and far lighter than skin and the hair beside it both.
+
+    Args:
+        picture: [H, W, 3] sRGB-encoded.
+        solid, skin: [H, W] bool, what is labelled hair and skin.
+        points: [L, 2] pixels, landmarks.
+        scale: pixels a millimetre.
+    """
+    if not skin.any() or not solid.any():
+        return solid
+    smooth = normalized_blur(picture, (solid | skin).astype(np.float32), max(0.6 * scale, 0.3))
+    level, tint = smooth @ LUMA, smooth[..., 0] - smooth[..., 2]
+    of_skin = np.median(level[skin])
+    if np.median(level[solid]) > of_skin:
+        return solid
+    white = solid & (level > of_skin + GLARES[0]) & (tint < np.median(tint[skin]) - GLARES[1])
+    eyes = points[np.concatenate([*EYES])]
+    row, column = (np.arange(n) + 0.5 for n in solid.shape)
+    white &= (column < eyes[:, 0].min()) | (column > eyes[:, 0].max())
+    white &= (row < eyes[:, 1].max())[:, None]  # lower, a white backdrop shows below ears
+    across = np.ones((1, 2 * int(BESIDE_SKIN * scale) + 1), np.uint8)
+    white &= cv2.dilate(skin.astype(np.uint8), across) > 0
+    white = touching(white, skin)  # the rest are highlights of light hair
+    around = cv2.dilate(white.astype(np.uint8), disk(max(HALF_LIT * scale, 1))) > 0
+    near = cv2.dilate(white.astype(np.uint8), disk(HAIR_BESIDE * scale)) > 0
+    hair = near & solid & ~around
+    # White hair lies beside hair that is nearly as light as skin.
+    glares = hair.any() and np.median(level[hair]) < DARK_HAIR * of_skin
+    return solid & ~around if glares else solid
 
 
 def _matte(picture, solid, regions, scale):

@@ -14,7 +14,7 @@ from bakery.heads.base import HeadModel
 from bakery.heads.scalp import BROW, EYE, ear_box, ear_depth, scalp, unrolled
 from bakery.landmarks import CHIN, EYE_CORNERS, OVAL, face_size
 from bakery.stages.atlas import Atlas, soften, uv_polygon
-from bakery.stages.hair.portrait import unlike_backdrop
+from bakery.stages.hair.portrait import unlike_backdrop, without_glare
 from bakery.stages.hair.presence import trusted, weighed
 from bakery.stages.hair.sideburns import sideburns
 from bakery.stages.hair.temples import temples_of
@@ -100,6 +100,7 @@ def mattes_of(encoded: np.ndarray, segmentation: Segmentation, points: np.ndarra
     picture = np.ascontiguousarray(encoded, np.float32)
     scale = face_size(points) / EYES_APART
     hair = segmentation.regions == HAIR
+    hair = without_glare(picture, hair, segmentation.regions == SKIN, points, scale)
     away = cv2.distanceTransform((~hair).astype(np.uint8), cv2.DIST_L2, 3) / face_size(points)
     taken = smoothstep(*HAIR_STRIP, away) if hair.any() else np.ones(hair.shape)
     shown = smoothstep(*SHOWN_STRIP, away) if hair.any() else np.zeros(hair.shape)
