@@ -47,10 +47,8 @@ INNER, HALO = 1.6, 3.0  # mm from what is no hair, and from the backdrop: nearer
 HAIRLINE, COLLAR, BARE = 12.0, 25.0, 3.0
 # Of the way from the skin's colour to the hair's: none up to there, hair from there on, and its own colour.
 LIKE_SKIN, MIXED = (0.15, 0.4), (0.5, 0.85)
-GREYER = (
-    0.25,
-    0.6,
-)  # of the skin's hue (red less blue) that grey hair has less, from which on, and surely
+# Of the skin's hue (red less blue) that grey hair has less, from which on, and surely.
+GREYER = 0.25, 0.6
 PATCH = 1.5  # mm over which that is taken: a comb of single strands is no hairline
 APART = (
     0.15,

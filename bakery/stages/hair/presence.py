@@ -37,7 +37,7 @@ CHEEK = 40.0  # degrees from the camera, up to which there is none: that is the 
 HOLE = 24  # cells: smaller gaps in hair are none
 EAR = 3.0  # mm off the skull: ears
 LOBE = 3.0  # mm that an ear stands off the skull, where hair that covers it goes on to its end
-BELOW_EYES = -8, 24  # rows below the equator between which ears are
+EAR_ROWS = -8, 24  # rows below the equator between which ears are
 ENDS = 4  # rows that it goes on below it
 SKIN = 3.0  # mm over which what the photo shows on the skin is gathered
 BIT = 0.1  # of the largest piece of hair: smaller ones are none
@@ -343,7 +343,7 @@ def _lobes(there: np.ndarray, chart: Chart) -> np.ndarray:
     A lobe looks out of a bob; on an ear of another shape it would stick out of the hair like a fin.
     """
     ear = chart.ears - chart.skull > LOBE
-    ear[: DOME + BELOW_EYES[0]] = ear[DOME + BELOW_EYES[1] :] = False  # shoulders stand out, too
+    ear[: DOME + EAR_ROWS[0]] = ear[DOME + EAR_ROWS[1] :] = False  # shoulders stand out, too
     ear = cv2.dilate(ear.astype(np.uint8), np.ones((2 * ENDS + 1, 5))) > 0
     covered = np.maximum.accumulate((ear & (there > 0.5)).astype(np.uint8), 0)
     covered = cv2.dilate(covered, np.ones((1, 7), np.uint8)) > 0

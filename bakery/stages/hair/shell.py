@@ -14,6 +14,7 @@ from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS, STEP, Chart
 from bakery.stages.hair.portrait import Portrait, at
 from bakery.stages.hair.presence import (
+    EAR_ROWS,
     HANGS,
     HELD,
     alike,
@@ -109,7 +110,7 @@ def make_shell(portrait: Portrait, head: HeadModel, neutral: np.ndarray) -> Shel
     turn = charts.azimuth() - front
     base, covered = _base(chart, portrait, front, _beside_lobes(portrait, chart, eye))
     ear = cv2.dilate((chart.ears - chart.skull > 3).astype(np.uint8), np.ones((3, 3))) > 0
-    ear &= (cells[..., 1] > DOME - 8) & (cells[..., 1] < DOME + 24)
+    ear &= (cells[..., 1] > DOME + EAR_ROWS[0]) & (cells[..., 1] < DOME + EAR_ROWS[1])
     for side, under in zip((charts.azimuth() < 0, charts.azimuth() > 0), covered):
         growth = np.where(ear & side & under, 1.0, growth)  # hair over an ear is as good as scalp
     outline, hairy = _outline(chart, portrait, base, eye)
