@@ -18,7 +18,7 @@ KIND ?=
 # with these, 8:11 without, on one day of a host whose speed varies.
 KEEP_MEMORY = MALLOC_TRIM_THRESHOLD_=1000000000 MALLOC_MMAP_THRESHOLD_=33554432
 
-.PHONY: help setup demo test proofs clients fuzz lint golden bench report docs cli avatars samples picture viewer clean
+.PHONY: help setup demo test proofs clients fuzz campaign lock lint golden bench report docs cli avatars samples picture viewer clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -53,11 +53,18 @@ clients: $(READY) ## show head.glb and USD in Blender, three.js, Babylon, PlayCa
 fuzz: $(READY) ## read damaged files: COUNT=50000 of each kind, or only KIND="exr take"
 	$(RUN)/python tests/fuzz $(COUNT) $(KIND)
 
+campaign: $(READY) ## kill, starve and lie to bakery, an hour and more: SHARE=0.01 for a hundredth, ROWS='"kill -9"' for some
+	$(RUN)/python tests/campaign $(ROWS) --share $(or $(SHARE),1) --keep .work/campaign.json --write
+
+lock: $(READY) ## pin all dependencies with their hashes, in docs/requirements.lock
+	$(RUN)/python -m pip install --quiet --disable-pip-version-check --target .work/uv uv
+	.work/uv/bin/uv pip compile pyproject.toml --universal --generate-hashes --no-emit-index-url --no-header --quiet --output-file docs/requirements.lock
+
 lint: $(READY) ## check style, types and spelling
 	$(RUN)/ruff check .
 	$(RUN)/ruff format --check .
 	$(RUN)/mypy
-	$(RUN)/codespell bakery tests docs README.md CHANGELOG.md Makefile
+	$(RUN)/typos bakery tests docs README.md CHANGELOG.md Makefile
 
 golden: $(READY) ## accept today's pictures as the golden ones
 	UPDATE_GOLDEN=1 $(RUN)/python -m pytest tests/golden tests/web

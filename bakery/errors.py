@@ -27,6 +27,19 @@ class BundleError(BakeryError):
     """A bundle is incomplete, damaged or unsafe."""
 
 
+# What libraries say, who have errors of their own for it: OpenCV, C++, torch, oneDNN.
+NO_MEMORY = ("Insufficient memory", "bad_alloc", "allocate memory", "could not create a primitive")
+
+
+def lacks_memory(error: BaseException | None) -> bool:
+    """Whether an error, or one that it came of, says that there is not enough memory."""
+    while error is not None:
+        if isinstance(error, MemoryError) or any(text in str(error) for text in NO_MEMORY):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
+
+
 def nearest(name: object, known: Iterable[object]) -> str | None:
     """The known name that is most like a mistyped one, or None; upper and lower case are alike."""
     from difflib import get_close_matches

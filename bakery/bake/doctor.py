@@ -10,7 +10,7 @@ from pathlib import Path
 
 PACKAGES = (
     "torch numpy opencv-contrib-python-headless OpenEXR OpenImageIO numba pillow pygltflib "
-    "fast-simplification safetensors jsonschema filelock trimesh xatlas click"
+    "fast-simplification safetensors jsonschema filelock scipy trimesh xatlas click"
 ).split()
 ROOM = 2 * 2**30  # bytes that a bake of 1024 texels needs on disk, with its work folder
 

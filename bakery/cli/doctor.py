@@ -9,15 +9,19 @@ from bakery.errors import ModelError
 
 
 @click.command(cls=options.Command)
+@click.option("--licences", is_flag=True, help="List the licence of every package that is used.")
 @options.as_json
-def doctor(as_json):
+def doctor(licences, as_json):
     """Check this installation and say what is wrong with it.
 
     \b
     bakery doctor
+    bakery doctor --licences
     """
     from bakery.bake.doctor import findings
 
+    if licences:
+        return _list_licences(as_json)
     found = findings()
     if as_json:
         click.echo(json.dumps([vars(finding) for finding in found], indent=2))
@@ -28,3 +32,14 @@ def doctor(as_json):
     bad = [finding.name for finding in found if not finding.good]
     if bad:
         raise ModelError(f"{len(bad)} check(s) failed: {', '.join(bad)}; install bakery again")
+
+
+def _list_licences(as_json):
+    from bakery.bake.licences import licences
+
+    found = licences()
+    if as_json:
+        click.echo(json.dumps([vars(each) for each in found], indent=2))
+        return
+    for each in found:
+        click.echo(f"{each.package:<32} {each.version:<16} {each.licence}")

@@ -1,8 +1,6 @@
 """`bakery export`: a bundle in another format."""
 
 import os
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import click
 
@@ -38,6 +36,7 @@ def export(bundle, name, output, side, curves, overwrite):
     from bakery.formats.files import write_bytes
     from bakery.formats.livelink import read_take
     from bakery.formats.mark import of_manifest, stamp
+    from bakery.formats.place import clean, locked_folder
     from bakery.plugins import plug_in
 
     exporter = plug_in("exporters", name)
@@ -50,8 +49,10 @@ def export(bundle, name, output, side, curves, overwrite):
         options.may_fill(output, overwrite=False)
     avatar = open_avatar(bundle)
     output.parent.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory(prefix=".new-", dir=output.parent) as folder:  # written aside
-        made = Path(folder) / output.name
+    clean(output)
+    with locked_folder(output) as hidden:  # written aside
+        made = hidden / "made" / output.name
+        made.parent.mkdir()
         exporter.export(avatar, made, side)
         if take:
             write_bytes(made, with_take(made.read_bytes(), take))

@@ -12,7 +12,7 @@ import click
 from bakery import __version__
 from bakery.cli.entries import may_have
 from bakery.cli.group import Group, Interrupted, help_width
-from bakery.errors import BakeryError, ModelError, UsageProblem
+from bakery.errors import BakeryError, ModelError, UsageProblem, lacks_memory
 
 COMMANDS = {  # name -> (module in bakery.cli, what it does), in the order of the bake
     "build": ("build", "Bake a portrait into an avatar bundle."),
@@ -141,18 +141,19 @@ def main(arguments=None):
         code = _one_line(str(error) if isinstance(error, BakeryError) else error.format_message())
     except (Interrupted, click.Abort, KeyboardInterrupt) as error:
         code = _one_line(str(error) or "interrupted", 130)
-    except MemoryError:
-        code = _one_line("not enough memory; close other programs or lower --resolution")
     except BrokenPipeError:
         sys.stderr.close()  # the reader went away, as `head` does
         code = 1
-    except OSError as error:
-        if error.errno not in DISK:
-            raise
-        from bakery.formats.files import disk_error
+    except Exception as error:
+        if lacks_memory(error):
+            code = _one_line("not enough memory; close other programs or lower --resolution")
+        elif isinstance(error, OSError) and error.errno in DISK:
+            from bakery.formats.files import disk_error
 
-        where = error.filename or "the standard output or a temporary file"
-        code = _one_line(str(disk_error(where, error, "cannot be used")))
+            where = error.filename or "the standard output or a temporary file"
+            code = _one_line(str(disk_error(where, error, "cannot be used")))
+        else:
+            raise
     sys.exit(code if isinstance(code, int) else 0)
 
 

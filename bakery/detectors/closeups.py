@@ -14,7 +14,7 @@ import numpy as np
 
 from bakery import landmarks as marks
 from bakery.detectors import frames
-from bakery.errors import ModelError
+from bakery.errors import ModelError, lacks_memory
 from bakery.geometry.shrink import shrink
 from bakery.parallel import both
 from bakery.paths import ASSETS
@@ -216,5 +216,7 @@ def networks(path=WEIGHTS):
     except FileNotFoundError:
         raise ModelError(f"{path}: no such weights; reinstall bakery") from None
     except Exception as error:
+        if lacks_memory(error):
+            raise
         raise ModelError(f"{path}: damaged weights ({error}); reinstall bakery") from None
     return tuple(found)

@@ -18,7 +18,7 @@ import numpy as np
 from bakery.detectors import closeups, frames
 from bakery.detectors.closeups import look_closer
 from bakery.detectors.frames import FaceFrame
-from bakery.errors import ModelError
+from bakery.errors import ModelError, lacks_memory
 from bakery.formats.files import digest, digest_file
 from bakery.geometry.shrink import shrink
 from bakery.landmarks import face_size
@@ -194,6 +194,8 @@ def load(path: str | Path = WEIGHTS, options: NetworkOptions = NetworkOptions())
             f"{path}: no such weights; reinstall bakery or train the detector"
         ) from None
     except Exception as error:
+        if lacks_memory(error):
+            raise
         raise ModelError(f"{path}: damaged weights ({error}); reinstall bakery") from None
     networks = []
     for name, kind in (("finder.", FinderNet), ("points.", PointsNet)):

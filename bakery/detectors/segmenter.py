@@ -14,7 +14,7 @@ from torch.nn import functional
 from bakery import landmarks as marks
 from bakery.detectors import portrait
 from bakery.detectors.blocks import Conv, Residual, added, inference, stage
-from bakery.errors import ModelError
+from bakery.errors import ModelError, lacks_memory
 
 # Polygons of the points that the network is shown, a channel each.
 OUTLINES: tuple[Sequence[np.ndarray], ...] = (
@@ -122,6 +122,8 @@ def load(path: Path) -> SegmentNet:
     try:
         network.load_state_dict({k: v.float() for k, v in load_file(path).items()})
     except Exception as error:  # safetensors and torch raise many kinds
+        if lacks_memory(error):
+            raise
         text = str(error).splitlines()[0]
         raise ModelError(
             f"{path}: no weights of the segmentation network ({text}); reinstall bakery, or go by "

@@ -10,7 +10,6 @@ import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from bakery.export.materials import VARIANTS
 from bakery.export.rig import MOST, Rig
 from bakery.export.usd_materials import Looks
 from bakery.formats.files import write_bytes
+from bakery.formats.place import scratch
 from bakery.formats.usdz import package
 
 with contextlib.suppress(ImportError):  # of the extra usd; without it exporters.usd says so
@@ -44,8 +44,8 @@ class Contents:
 
 def write_usd(path: Path, contents: Contents) -> None:
     """Write one .usdz file: metres, +y up, the face along +z."""
-    with TemporaryDirectory() as folder:  # OpenUSD writes to paths alone
-        layer = Path(folder) / LAYER
+    with scratch() as folder:  # OpenUSD writes to paths alone
+        layer = folder / LAYER
         stage = Usd.Stage.CreateNew(str(layer))
         _compose(stage, contents)
         stage.Save()

@@ -53,7 +53,10 @@ def write_exr(path, parts: dict, color: str | Mapping[str, str] = LINEAR) -> int
             header["chromaticities"] = REC709
         made.append(OpenEXR.Part(header, {names: OpenEXR.Channel(picture)}, name))
     buffer = io.BytesIO()
-    OpenEXR.File(made, num_threads=THREADS).write(buffer)
+    try:
+        OpenEXR.File(made, num_threads=THREADS).write(buffer)
+    except RuntimeError as error:  # it writes to memory, so nothing else can fail
+        raise MemoryError(f"{path}: cannot be packed ({error})") from None
     data = buffer.getbuffer()
     write_bytes(path, data)
     return len(data)

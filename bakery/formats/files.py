@@ -14,6 +14,7 @@ from bakery.errors import InputError
 
 LARGEST = 512 * 2**20  # bytes; the largest picture that is accepted, uncompressed, has less
 NEW = ".new-"  # how files begin that are not complete; short, whatever the name of the target
+OPEN_FILES = "/proc/self/fd/{}"  # of Linux: a file of this process, by its descriptor
 CANNOT_SYNC = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)  # what some network file systems say
 
 
@@ -87,7 +88,8 @@ def replacing(path: str | os.PathLike, sync: bool = True) -> Iterator[BinaryIO]:
     """A file to write, seek and read in, which takes the path's place when the block ends well.
 
     The mode is what the umask leaves of 0666, applied by the system: asking for the umask changes
-    it for a moment, and other threads write meanwhile.
+    it for a moment, and other threads write meanwhile. Where the system can, the file has no name until
+    it is complete: a process that is killed leaves nothing behind.
 
     Args:
         path: where to; the folder is made.
@@ -103,17 +105,35 @@ def replacing(path: str | os.PathLike, sync: bool = True) -> Iterator[BinaryIO]:
         if path.exists() and not path.is_file():  # renaming would put a file in a device's place
             raise DiskError(f"{path}: is there and is no file; give another name")
         path.parent.mkdir(parents=True, exist_ok=True)
-        with open(temporary, "x+b") as file:
+        handle = _nameless(path.parent)
+        with open(
+            temporary if handle is None else handle, "x+b" if handle is None else "w+b"
+        ) as file:
             yield file
+            file.flush()
             if sync:
-                file.flush()
                 _sync(file.fileno())
+            if handle is not None:
+                # An absolute path needs no folder; with one, Python follows the link to the file.
+                os.link(OPEN_FILES.format(handle), temporary, src_dir_fd=handle)
         os.replace(temporary, path)
     except OSError as error:
         raise disk_error(path, error) from None
     finally:
         with contextlib.suppress(OSError):
             os.unlink(temporary)  # gone if all went well
+
+
+def _nameless(folder):
+    """A descriptor of a new file in a folder that has no name there; None where the system has no such files."""
+    if not hasattr(os, "O_TMPFILE") or not os.path.exists(OPEN_FILES.format("")):
+        return None
+    try:
+        return os.open(folder, os.O_TMPFILE | os.O_RDWR, 0o666)
+    except OSError as error:
+        if error.errno in (*CANNOT_SYNC, errno.EISDIR, errno.ENOENT):
+            return None
+        raise
 
 
 def sync_folder(folder: str | os.PathLike) -> None:

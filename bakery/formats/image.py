@@ -8,7 +8,6 @@ import io
 import os
 import re
 import shutil
-import tempfile
 from pathlib import Path
 
 import cv2
@@ -22,12 +21,23 @@ from bakery.formats.files import digest, read_bytes, write_bytes
 from bakery.formats.image_header import MEGAPIXELS, check_frame, read_header
 from bakery.formats.ingredient import ingredient_in, note_of
 from bakery.formats.mark import Mark, stamped
+from bakery.formats.place import scratch
 from bakery.types import Photo
 
 BACKGROUND = 0.5  # sRGB-encoded grey behind transparent pixels: neither bright rim nor dark
 OPAQUE = 0.9  # alpha from which a pixel shows the person, and below 1 minus which it shows nothing
 MOST_FAINT = 0.25  # of the pixels that show something; soft edges and hair have a few hundredths
 ENDINGS = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp", ".gif", ".jp2", ".ppm")
+# Descriptions of ICC profiles that are told.
+PROFILES = (
+    "Display P3",
+    "DCI-P3",
+    "Adobe RGB (1998)",
+    "ProPhoto RGB",
+    "ROMM RGB",
+    "Rec. 2020",
+    "Gray",
+)
 oiio.attribute(
     "limits:imagesize_MB", MEGAPIXELS * 16
 )  # 64 megapixels of four 16-bit samples, twice
@@ -114,7 +124,19 @@ def encode_image(encoded, kind, quality=92):
     }
     if kind not in settings:
         raise InputError(f"pictures are written as .png, .jpg or .webp, not as '{kind}'")
-    return cv2.imencode(kind, pixels, settings[kind])[1].tobytes()
+    return compressed(kind, pixels, settings[kind]).tobytes()
+
+
+def compressed(kind: str, pixels: np.ndarray, settings: list[int]) -> np.ndarray:
+    """The bytes [n] uint8 of a picture as OpenCV codes it, its channels in OpenCV's order.
+
+    Raises:
+        MemoryError: OpenCV gives half a file and a flag that nobody looks at.
+    """
+    whole, data = cv2.imencode(kind, pixels, settings)
+    if not whole:
+        raise MemoryError(f"no memory to code {kind}")
+    return data
 
 
 def _decode(path, data, header, frame):
@@ -138,8 +160,8 @@ def _decode(path, data, header, frame):
         with open(path, "rb") as file:
             source = oiio.ImageInput.open(f"/dev/fd/{file.fileno()}", asked)
             return _samples(source, path, header, frame)
-    with tempfile.TemporaryDirectory() as folder:
-        copy = shutil.copyfile(path, os.path.join(folder, "photo"))
+    with scratch() as folder:
+        copy = str(shutil.copyfile(path, folder / "photo"))
         return _samples(oiio.ImageInput.open(copy, asked), path, header, frame)
 
 
@@ -238,7 +260,9 @@ def _from_profile(color, profile, notes):
     except (ImageCms.PyCMSError, OSError, ValueError, TypeError):
         notes.append("a colour profile that cannot be read; taken as sRGB")
         return None
-    notes.append(f"colour profile '{name}' converted to sRGB")
+    # The description may be anybody's own words: "Anna's monitor".
+    known = [f"'{each}' " for each in PROFILES if each in name]
+    notes.append(f"colour profile {''.join(known[:1])}converted to sRGB")
     return converted
 
 

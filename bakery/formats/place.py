@@ -76,9 +76,9 @@ def _check_parent(target):
 def _refuse_foreign(bundle):
     """A bundle is replaced as a whole: a file that somebody put into it would be lost."""
     try:
-        manifest = json.loads((bundle / MANIFEST).read_bytes())
+        manifest = json.loads(_read(bundle / MANIFEST))
         own = {MANIFEST, SIGNATURE, *(entry["path"] for entry in manifest["files"])}
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+    except (ValueError, KeyError, TypeError, RecursionError):
         raise InputError(
             f"{bundle / MANIFEST}: does not say which files are the bundle's; move the folder away"
         ) from None
@@ -87,6 +87,13 @@ def _refuse_foreign(bundle):
         folder = path.is_dir() and not path.is_symlink()
         if not (folder or name in own or is_litter(path.name)):
             raise InputError(f"{path}: is none of the bundle's files; move it away")
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise disk_error(path, error, "cannot be read") from None
 
 
 def is_litter(name: str) -> bool:
@@ -172,6 +179,18 @@ def locked_folder(target: Path) -> Iterator[Path]:
         yield hidden
     finally:
         remove_hidden(hidden, target, lock)
+
+
+@contextlib.contextmanager
+def scratch() -> Iterator[Path]:
+    """A folder for what a library reads or writes by its path alone, gone when the block ends.
+
+    What a killed run left of its own is cleared away, as beside a bundle.
+    """
+    target = Path(tempfile.gettempdir()) / "bakery"
+    clean(target)
+    with locked_folder(target) as folder:
+        yield folder
 
 
 def take_lock(folder: Path) -> BaseFileLock | None:

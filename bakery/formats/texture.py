@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import cv2
 import numpy as np
@@ -11,6 +10,7 @@ import OpenImageIO as oiio
 from bakery.errors import InputError
 from bakery.formats.exr import DATA, LINEAR, REC709
 from bakery.formats.files import write_bytes
+from bakery.formats.place import scratch
 
 TILE = 64  # texels
 TIME = "1980:01:01 00:00:00"  # the same bytes whenever they are written
@@ -74,8 +74,8 @@ def write_texture(
     wanted.tile_width = wanted.tile_height = TILE
     wanted.attribute("compression", "zip")
     wanted.attribute("wrapmodes", "clamp,clamp")
-    with TemporaryDirectory() as folder:  # its writer does not report a full disk, Python does
-        made = Path(folder) / "texture.exr"
+    with scratch() as folder:  # its writer does not report a full disk, Python does
+        made = folder / "texture.exr"
         if not oiio.ImageBufAlgo.make_texture(oiio.MakeTxTexture, source, str(made), wanted):
             raise InputError(f"{path}: cannot be written ({oiio.geterror()[:200]})")
         write_bytes(path, made.read_bytes())

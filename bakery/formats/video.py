@@ -10,7 +10,6 @@ OpenCV passes no speed to its encoder.
 
 import contextlib
 import os
-import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,6 +20,7 @@ from bakery import __version__
 from bakery.errors import InputError
 from bakery.formats import mark, mp4, pyav, webm
 from bakery.formats.files import replacing
+from bakery.formats.place import scratch
 from bakery.types import Ingredient
 
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # FFmpeg prints on stderr by itself
@@ -154,8 +154,8 @@ def encode(pictures, kind, rate, codec=None):
     if codec in by_pyav:
         return by_pyav[codec](pictures, rate)
     four, ending = KINDS[kind]
-    with tempfile.TemporaryDirectory() as folder:
-        path = os.path.join(folder, "part" + ending)
+    with scratch() as folder:
+        path = str(folder / f"part{ending}")
         writer = None
         for picture in pictures:
             if writer is None:

@@ -4,6 +4,7 @@ import contextlib
 import hashlib
 import logging
 import queue
+import re
 import socket
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -16,6 +17,8 @@ from bakery.show.page import page
 
 log = logging.getLogger(__name__)
 HOST = "127.0.0.1"  # nobody else on the network sees the avatar
+OWN = re.compile(r"(127\.0\.0\.1|localhost)(:[0-9]{1,5})?")  # any port: it may be forwarded
+PATIENCE = 60.0  # seconds that a request may take to come, or an answer to be taken
 PULSE = 5.0  # seconds of silence after which a stream says that it is there
 
 
@@ -72,9 +75,11 @@ def make_server(folder, port, derive=None, live=None):
     class Handler(BaseHTTPRequestHandler):
         """Three addresses: the page, the token of its state, and what comes live."""
 
+        timeout = PATIENCE
+
         def do_GET(self):
-            host = self.headers.get("Host", "").rsplit(":", 1)[0]
-            if host not in (HOST, "localhost"):  # a foreign name that was made to lead here
+            hosts = self.headers.get_all("Host", [])
+            if len(hosts) != 1 or not OWN.fullmatch(hosts[0]):  # a foreign name that leads here
                 self.send_error(403)
                 return
             if self.path == "/live" and live and self.command == "GET":

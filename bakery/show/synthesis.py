@@ -1,8 +1,6 @@
 """What `bakery generate` paints: the generator's own picture of a portrait (paGAN section 4)."""
 
-import tempfile
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -13,6 +11,7 @@ from bakery.bake.subject import FittedSubject
 from bakery.errors import InputError
 from bakery.formats import video
 from bakery.formats.mark import IPTC
+from bakery.formats.place import scratch
 from bakery.generators.channels import NONE, face_mask
 from bakery.generators.shade import is_part
 from bakery.generators.steady import SteadyGenerator
@@ -195,8 +194,8 @@ def film(fitted, take, generator, output, view=(0.0, 0.0), frames=None, progress
         "person.",
         IPTC + generator.source_type,
     )
-    with tempfile.TemporaryDirectory() as folder:
-        part = Path(folder) / "part"
+    with scratch() as folder:
+        part = folder / "part"
         part.write_bytes(video.encode(pictures(), kind, take.rate, video.codec_of(kind)))
         video.join(output, [part], kind, take.rate, (still.width, still.height), note)
 

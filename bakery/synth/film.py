@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 
+from bakery.formats.image import compressed
 from bakery.geometry.color import to_encoded
 
 
@@ -81,5 +82,5 @@ def develop(linear, rng, grain=1.0, blur=0.5, quality=94, vignette=0.12, contras
     if quality is None:
         return encoded
     pixels = np.round(encoded[..., ::-1] * 255).astype(np.uint8)
-    _, data = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, int(quality)])
+    data = compressed(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, int(quality)])
     return cv2.imdecode(data, cv2.IMREAD_COLOR)[..., ::-1].astype(np.float32) / 255

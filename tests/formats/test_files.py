@@ -88,8 +88,11 @@ def test_names_that_are_too_long_are_one_line(tmp_path, save, name):
     assert os.listdir(tmp_path) == []
 
 
+@pytest.mark.parametrize("nameless", [True, False])
 @pytest.mark.parametrize("save", WRITERS)
-def test_what_fails_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch, save):
+def test_what_fails_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch, save, nameless):
+    if not nameless:
+        monkeypatch.delattr(os, "O_TMPFILE", raising=False)
     path = tmp_path / "a.npz"
     path.write_bytes(b"old")
     for error in (OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt()):
@@ -186,3 +189,51 @@ def test_a_full_disk_says_what_could_not_be_written():
         )
     assert done.returncode == 1 and len(done.stderr.splitlines()) == 1, done.stderr
     assert "standard output" in done.stderr and "free some space" in done.stderr
+
+
+nameless = pytest.mark.skipif(not hasattr(os, "O_TMPFILE"), reason="needs files without a name")
+
+
+@nameless
+def test_what_is_not_complete_has_no_name(tmp_path):
+    with files.replacing(tmp_path / "a") as file:
+        file.write(b"data")
+        file.flush()
+        assert os.listdir(tmp_path) == []
+    assert (tmp_path / "a").read_bytes() == b"data"
+
+
+KILLED = """
+import os, signal, sys
+from bakery.formats.{module} import {function}
+with {function}({arguments}) as made:
+    assert made
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def killed(folder, **what):
+    """A process that is killed while it writes."""
+    code = KILLED.format(**what)
+    env = os.environ | {"TMPDIR": str(folder)}
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, env=env, capture_output=True)
+    assert done.returncode == -9, done.stderr
+
+
+@nameless
+def test_a_killed_run_leaves_no_half_file(tmp_path):
+    killed(tmp_path, module="files", function="replacing", arguments="'a'")
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="sends SIGKILL")
+def test_the_next_run_clears_away_the_scratch_of_a_killed_one(tmp_path, monkeypatch):
+    killed(tmp_path, module="place", function="scratch", arguments="")
+    left = os.listdir(tmp_path)
+    assert len(left) == 1
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with place.scratch() as mine:
+        assert os.listdir(tmp_path) == [mine.name] != left
+        with place.scratch() as other:  # that of a run that lives stays
+            assert sorted(os.listdir(tmp_path)) == sorted([mine.name, other.name])
+    assert os.listdir(tmp_path) == []

@@ -8,6 +8,7 @@ import sys
 import time
 import zlib
 
+import cv2
 import numpy as np
 import pytest
 from PIL import Image, ImageCms
@@ -160,7 +161,12 @@ def test_profile_is_converted(tmp_path, picture):
     path = save(tmp_path / "w.png", picture, icc_profile=wide_gamut())
     photo = read_photo(path)
     close(photo, picture[:, :, [1, 0, 2]] / 255, atol=2 / 255)
-    assert "converted to sRGB" in photo.notes[0]
+    assert photo.notes[0] == "colour profile converted to sRGB"  # not in the words of its maker
+    named = wide_gamut().replace(
+        "Swap built-in".encode("utf-16-be"), "DCI-P3 of mine"[:13].encode("utf-16-be")
+    )
+    photo = read_photo(save(tmp_path / "n.png", picture, icc_profile=named))
+    assert photo.notes[0] == "colour profile 'DCI-P3' converted to sRGB"
     broken = read_photo(save(tmp_path / "b.png", picture, icc_profile=b"nonsense" * 30))
     close(broken, picture / 255, atol=1e-6)
 
@@ -332,3 +338,12 @@ def test_write_image(tmp_path, picture):
     assert (np.asarray(Image.open(tmp_path / "a.png")) == picture).all()
     with pytest.raises(InputError, match="not as"):
         write_image(tmp_path / "a.exe", picture)
+
+
+@pytest.mark.parametrize("kind", [".png", ".jpg", ".webp"])
+def test_half_a_picture_is_never_given(monkeypatch, picture, kind):
+    """Without memory OpenCV gives what it has, and a flag."""
+    whole = encode_image(picture, kind)
+    monkeypatch.setattr(cv2, "imencode", lambda *_: (False, np.frombuffer(whole[:100], np.uint8)))
+    with pytest.raises(MemoryError):
+        encode_image(picture, kind)

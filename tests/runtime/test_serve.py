@@ -103,6 +103,31 @@ def test_head_is_get_without_the_body(folder):
         assert ask(address, "POST", "/")[0] == 501
 
 
+@pytest.mark.parametrize(
+    ("hosts", "status"),
+    [
+        (["localhost"], 200),
+        (["127.0.0.1:8080"], 200),  # a port that is forwarded
+        ([], 403),
+        (["evil.example", "localhost"], 403),
+        (["localhost", "evil.example"], 403),
+        (["127.0.0.1:evil.example"], 403),
+        (["localhost:@evil.example"], 403),
+        (["localhost:1 evil.example"], 403),
+        (["localhost:-1"], 403),
+        (["LOCALHOST.evil.example"], 403),
+    ],
+)
+def test_only_this_machine_by_its_own_name_gets_the_page(folder, hosts, status):
+    """A page of somebody else whose name was made to lead here must read nothing."""
+    with serving(folder) as address, socket.create_connection(address) as line:
+        names = "".join(f"Host: {host}\r\n" for host in hosts)
+        line.sendall(f"GET /version HTTP/1.1\r\n{names}Connection: close\r\n\r\n".encode())
+        answer = b"".join(iter(lambda: line.recv(1 << 16), b""))
+    assert answer.split()[1] == str(status).encode()
+    assert (token_of(b"0").encode() in answer) == (status == 200)
+
+
 def test_a_broken_bundle_leaves_the_last_page(folder):
     with serving(folder) as address:
         (folder / "avatar.json").write_bytes(b"broken")

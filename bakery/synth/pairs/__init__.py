@@ -14,6 +14,7 @@ import numpy as np
 
 from bakery.errors import InputError
 from bakery.formats.files import write_bytes
+from bakery.formats.image import compressed
 
 NAME = "pairs-{:05d}.safetensors"
 VERSION = "3"
@@ -63,7 +64,7 @@ def _pack(name, picture):
         picture = picture.view(np.uint8)
     if name in PAIRED:  # PNG has no two channels
         picture = np.concatenate([picture, np.zeros_like(picture[..., :1])], -1)
-    return cv2.imencode(".png", picture, [cv2.IMWRITE_PNG_COMPRESSION, 3])[1]
+    return compressed(".png", picture, [cv2.IMWRITE_PNG_COMPRESSION, 3])
 
 
 def _unpack(name, data):

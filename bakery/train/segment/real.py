@@ -16,6 +16,7 @@ from bakery.detectors import portrait
 from bakery.detectors.segmenter import take
 from bakery.errors import BakeryError, InputError
 from bakery.formats.files import write_bytes
+from bakery.formats.image import compressed
 from bakery.formats.npz import pack_arrays
 from bakery.formats.portraits import reference_points
 from bakery.stages import segment
@@ -149,11 +150,11 @@ def pack(sets: list[tuple[Path, str, str, bool]], output: Path) -> Iterator[dict
 
 
 def _jpeg(image):
-    return cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1]
+    return compressed(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
 
 
 def _png(plane):
-    return cv2.imencode(".png", plane, [cv2.IMWRITE_PNG_COMPRESSION, 9])[1]
+    return compressed(".png", plane, [cv2.IMWRITE_PNG_COMPRESSION, 9])
 
 
 def _strung(name, files):

@@ -1,0 +1,141 @@
+"""Puts bakery under stress, row by row, and counts what breaks: docs/reliability.md has the figures.
+
+    python tests/campaign                          every row, more than an hour on two cores
+    python tests/campaign --share 0.01             a hundredth of the cases: minutes
+    python tests/campaign "kill -9" "power cut"    some rows
+    python tests/campaign --write                  put the table into docs/reliability.md
+
+Mutated files are `make fuzz`, which the campaign runs as a row of its own.
+"""
+
+import os
+
+# As `bakery` sets them itself; OpenBLAS and OpenMP read them once, when they are loaded.
+os.environ |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+
+import argparse  # noqa: E402
+import datetime  # noqa: E402
+import json  # noqa: E402
+import platform  # noqa: E402
+import shutil  # noqa: E402
+import subprocess  # noqa: E402
+import sys  # noqa: E402
+import tempfile  # noqa: E402
+import time  # noqa: E402
+from pathlib import Path  # noqa: E402
+
+ROOT = Path(__file__).resolve().parents[2]
+REPORT = ROOT / "docs" / "reliability.md"
+EVERY_CALL = 3 * 3600  # seconds that all of the failing calls take; of a share a fair sample is run
+BEGIN, END = "<!-- campaign -->", "<!-- end -->"
+sys.path.insert(0, str(ROOT))
+
+import base  # noqa: E402
+import faults  # noqa: E402
+import fuzzed  # noqa: E402
+import kills  # noqa: E402
+import offline  # noqa: E402
+import power  # noqa: E402
+import rebuilds  # noqa: E402
+import server  # noqa: E402
+import traces  # noqa: E402
+
+
+def rows(inputs, place, lanes, share):
+    """{name: function that runs a row}; `share` is the part of the cases that is run."""
+
+    def count(whole, least=1):
+        return max(round(whole * share), least)
+
+    seconds = None if share == 1 else share * EVERY_CALL
+    return {
+        "kill -9": lambda: kills.run(inputs, place, count(2000, 10), lanes),
+        "failing calls": lambda: faults.run(inputs, place, lanes, 1, seconds),
+        "damaged files": lambda: fuzzed.run(count(100_000), count(20_000), lanes),
+        "power cut": lambda: power.run(inputs, place, count(200, 4)),
+        "network": lambda: offline.run(inputs, place),
+        "traces of a photo": lambda: traces.run(inputs, place),
+        "rebuilds": lambda: rebuilds.run(inputs, place, count(50, 2)),
+        "page and --serve": lambda: server.run(inputs, place, count(10_000, 100)),
+    }
+
+
+def say(row):
+    print(
+        f"{row.name:18} {row.cases:7} cases  {len(row.failures):4} failures  {row.seconds:7.0f} s  {row.note}"
+    )
+    for text in list(dict.fromkeys(row.failures))[:10]:
+        print(f"    {text}")
+    sys.stdout.flush()
+
+
+def table(found):
+    """Lines of Markdown for rows, with where and when they were measured."""
+    commit = subprocess.run(
+        ["git", "-C", str(ROOT), "rev-parse", "--short", "HEAD"], capture_output=True, text=True
+    ).stdout.strip()
+    today = datetime.date.today().isoformat()
+    where = (
+        f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()} {platform.release()}"
+    )
+    lines = [
+        f"Measured on {today} at {commit} on {where}.", "",
+        "| row | must | cases | failures | minutes |", "|---|---|---|---|---|",
+    ]  # fmt: skip
+    for row in found:
+        note = f" ({row.note})" if row.note else ""
+        minutes = f"{row.seconds / 60:.1f}"
+        lines.append(
+            f"| {row.name} | {row.must} | {row.cases:,}{note} | {len(row.failures)} | {minutes} |"
+        )
+    return "\n".join(lines)
+
+
+def write(found):
+    """Put the table into the report, between its two marks."""
+    text = REPORT.read_text("utf-8")
+    before, rest = text.split(BEGIN)
+    after = rest.split(END)[1]
+    REPORT.write_text(f"{before}{BEGIN}\n{table(found)}\n{END}{after}", "utf-8")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("rows", nargs="*", help="names of rows; all without any")
+    parser.add_argument("--share", type=float, default=1.0, help="part of the cases")
+    parser.add_argument("--lanes", type=int, default=os.cpu_count() or 1, help="side by side")
+    parser.add_argument("--keep", type=Path, help="JSON of rows; those in it are not run again")
+    parser.add_argument(
+        "--write", action="store_true", help="put the table into docs/reliability.md"
+    )
+    asked = parser.parse_args()
+    base.load()
+    place = Path(tempfile.mkdtemp(prefix="campaign-"))
+    kept = json.loads(asked.keep.read_text()) if asked.keep and asked.keep.exists() else {}
+    try:
+        inputs = base.Inputs(place / "inputs").make()
+        known = rows(inputs, place, asked.lanes, asked.share)
+        if unknown := set(asked.rows) - set(known):
+            parser.error(f"no row {', '.join(sorted(unknown))}; known: {', '.join(known)}")
+        found = []
+        for name in asked.rows or known:
+            if name in kept:
+                found.append(base.Row(**kept[name]))
+                continue
+            began = time.monotonic()
+            row = known[name]()
+            row.seconds = time.monotonic() - began
+            say(row)
+            found.append(row)
+            if asked.keep:
+                kept[name] = vars(row)
+                asked.keep.write_text(json.dumps(kept, indent=1))
+        if asked.write:
+            write(found)
+        return int(any(row.failures for row in found))
+    finally:
+        shutil.rmtree(place, ignore_errors=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

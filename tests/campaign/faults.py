@@ -1,0 +1,309 @@
+"""A failing call: each read, write, rename, fsync, mkdir, unlink, mmap, large malloc of a bake fails once.
+
+An LD_PRELOAD library of our own, faults.c, counts calls and lets one of them fail. It must be there when
+a process begins, so an interpreter of its own runs the row; it imports everything, and the library is
+armed in each fork of it, before the command begins: importing is not under test.
+
+File calls count if they are about the case's folder, which holds copies of photo and old bundle, the
+output and the temporary files. Allocations count from 256 KiB on: smaller ones are hundreds of thousands,
+Linux refuses hardly any, and Python, which makes most of them, has nothing left then to say so with. The
+large ones are still 16,000 in 1,700 places of the code: the first of each place fails.
+
+A bake of one photo is one process. Its threads share the counters, which are atomic; with them the order
+of calls, and their number by a few, differs from run to run, so a call may not be reached: no case then.
+A process that a bake forked would count on in the same memory.
+
+    python tests/campaign/faults.py [--count] [--of N] [--only KIND ... [NUMBER ...]] [--place FOLDER]
+
+prints how many calls there are; tries N of each kind, spread; tries some kinds, or some calls of one. The
+last two say of each call where it was made and what bakery said.
+"""
+
+import argparse
+import ctypes
+import errno
+import faulthandler
+import mmap
+import os
+import pickle
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import base
+
+NAME = "failing calls"
+MUST = "every file call of a small bake, and a large allocation of each place: 0 torn, 0 tracebacks"
+KINDS = {  # in the order of faults.c, and what each fails with; "create" is opening for writing
+    "read": errno.EIO, "open": errno.EIO, "write": errno.ENOSPC, "create": errno.ENOSPC,
+    "rename": errno.EIO, "fsync": errno.EIO, "mkdir": errno.ENOSPC, "unlink": errno.EIO,
+    "truncate": errno.ENOSPC, "mmap": errno.EIO, "malloc": errno.ENOMEM,
+}  # fmt: skip
+PHOTO, OUT = "photo.jpg", "a.avatar"
+NEW = ".new-"  # how files begin that are not complete
+WORK = re.compile(r"\.bakery-[0-9a-f]{10}-work")  # finished steps, from which the next bake goes on
+OWN = f"{base.ROOT}/bakery/"
+LINE = re.compile(r'File "(.*)", line (\d+) in')  # of faulthandler
+TRACE = re.compile(r"Traceback|^\s*[\w.]*(Error|Exception)\b:|Exception ignored", re.M)
+
+Call = tuple[str, int]  # kind and number, from 1
+LONG = ctypes.c_longlong
+
+
+class _Told(ctypes.Structure):
+    """struct told of faults.c."""
+
+    _fields_ = [("counts", LONG * len(KINDS)), ("struck", LONG), ("path", ctypes.c_char * 4096)]
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a bake came to."""
+
+    end: base.Ended
+    struck: bool  # whether the call was reached
+    counts: dict[str, int]
+    where: str  # the failed call's path, and the lines of Python in which it was made
+    bundle: str  # what `base.content` says of the output
+    left: list[str]  # what lies in the folder and was not there, but for the output
+
+
+def run(
+    inputs: base.Inputs, place: Path, lanes: int, step: int = 1, seconds: float | None = None
+) -> base.Row:
+    """Let every `step`-th call of each kind fail once.
+
+    Args:
+        place: a folder to work in.
+        lanes: how many bakes run side by side.
+        seconds: begin no case after so many. Cases are shuffled: those that were run are a fair sample.
+    """
+    place = place.resolve()
+    try:
+        library = build(place)
+    except FileNotFoundError:
+        return base.Row(NAME, MUST, note="skipped: there is no cc")
+    asked = place / "asked.pickle"
+    asked.write_bytes(pickle.dumps((inputs, place, lanes, step, seconds)))
+    again(library, ["--row", asked])
+    return pickle.loads(asked.read_bytes())
+
+
+def build(place: Path) -> Path:
+    """Compile faults.c."""
+    place.mkdir(parents=True, exist_ok=True)
+    library, source = place / "faults.so", Path(__file__).with_name("faults.c")
+    line = ["cc", "-shared", "-fPIC", "-O2", "-o", library, source, "-ldl"]
+    subprocess.run(line, check=True, timeout=120)
+    return library
+
+
+def again(library: Path, arguments: Sequence[object]) -> None:
+    """Run this file in an interpreter with the library."""
+    line = [sys.executable, __file__, *map(str, arguments)]
+    # The latter as bakery/__main__.py sets it: more threads would give other bytes.
+    env = os.environ | {"LD_PRELOAD": str(library), "OPENBLAS_NUM_THREADS": "1"}
+    subprocess.run(line, check=True, env=env)
+
+
+class Bench:
+    """A folder in which the bake is run again and again, with one call failing."""
+
+    def __init__(self, inputs: base.Inputs, place: Path) -> None:
+        self.inputs = inputs
+        self.arm = ctypes.CDLL(None).faults_arm
+        text, address = ctypes.c_char_p, ctypes.c_void_p
+        self.arm.argtypes = [ctypes.c_int, LONG, ctypes.c_int, text, address, ctypes.c_int]
+        self.folder = (place / "case").resolve()
+        self.log, self.lines = place / "log", place / "lines"  # out of the scope of faults
+        self.memory = mmap.mmap(-1, ctypes.sizeof(_Told))
+        self.told = _Told.from_buffer(self.memory)
+        place.mkdir(parents=True, exist_ok=True)
+
+    def bake(self, call: Call | None = None, list_calls: bool = False) -> Result:
+        """Bake in a fresh folder, with a call that fails; or note in `lines` where each call is made."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+        self.folder.mkdir()
+        shutil.copy(self.inputs.photo, self.folder / PHOTO)
+        base.copied(self.inputs.bundle, self.folder / OUT)
+        ctypes.memset(ctypes.addressof(self.told), 0, ctypes.sizeof(_Told))
+        self.lines.write_bytes(b"")
+        end = base.wait(base.fork(self._work(call, list_calls), self.log, self.folder), self.log)
+        counts, bundle = dict(zip(KINDS, self.told.counts)), base.content(self.folder / OUT)
+        return Result(end, bool(self.told.struck), counts, self._where(), bundle, self._left())
+
+    def _work(self, call: Call | None, list_calls: bool) -> Callable[[], None]:
+        photo, out = str(self.folder / PHOTO), str(self.folder / OUT)
+        bake = base.command_line(["build", photo, *base.QUICK, "--overwrite", "-o", out])
+        kind, number = call or ("", 0)
+        failing = (list(KINDS).index(kind), number, KINDS[kind]) if kind else (-1, 0, 0)
+
+        def work() -> None:
+            faulthandler.enable()  # says in the log where a signal struck
+            lines = self.lines.open("a")
+            faulthandler.register(signal.SIGUSR1, file=lines, all_threads=False)
+            scope, told = os.fsencode(self.folder), ctypes.addressof(self.told)
+            self.arm(*failing, scope, told, lines.fileno() if list_calls else -1)
+            bake()
+
+        return work
+
+    def _where(self) -> str:
+        path = os.fsdecode(self.told.path).removeprefix(f"{self.folder}/")
+        lines = LINE.findall(self.lines.read_text())
+        deepest = [f"{Path(file).name}:{number}" for file, number in lines[:1]]
+        own = [f"{file[len(OWN) - 7 :]}:{number}" for file, number in lines if file.startswith(OWN)]
+        return ", ".join([path] * bool(path) + deepest + own[:3])
+
+    def _left(self) -> list[str]:
+        found = {path for path in self.folder.rglob("*") if self.folder / OUT not in path.parents}
+        found -= {self.folder / name for name in (PHOTO, OUT, "tmp")}
+        return sorted(path.relative_to(self.folder).as_posix() for path in found)
+
+
+def wrong(result: Result, call: Call, old: str, new: str) -> list[str]:
+    """What must not have come of a bake with a failing call."""
+    end, found = result.end, []
+    if end.code not in (0, 1) and not died(result, call):
+        found.append("hangs" if end.said.startswith("hangs\n") else f"ends with {end.code}")
+    if TRACE.search(end.said):
+        found.append("a traceback")
+    if end.code == 1 and not (end.said.splitlines() or [""])[-1].startswith("bakery: "):
+        found.append("its last line is no error of bakery's")
+    state = {old: "old", new: "new", "": "gone"}.get(result.bundle, "torn")
+    if state not in ("old", "new") or (end.code == 0 and state == "old"):
+        found.append(f"the bundle is {state}, exit code {end.code}")
+    left = [name for name in result.left if end.code == 0 or NEW in name or not WORK.match(name)]
+    # What cannot be removed stays; shutil.rmtree opens folders too.
+    if left and call[0] != "unlink" and "shutil.py" not in result.where:
+        found.append(f"left behind: {', '.join(left[:5])}")
+    return found
+
+
+def died(result: Result, call: Call) -> bool:
+    """Whether a library gave up for lack of memory, by SIGSEGV or SIGABRT; nobody can catch that."""
+    return call[0] == "malloc" and result.end.code in (-signal.SIGSEGV, -signal.SIGABRT)
+
+
+def first_of_places(listed: str) -> list[int]:
+    """The first large allocation at each place in the code, from what `list_calls` noted.
+
+    A place is a line of a library's Python and the line in bakery that led to it.
+    """
+    found: dict[object, int] = {}
+    for part in re.split(r"^call ", listed, flags=re.MULTILINE):
+        if about := re.match(rf"{list(KINDS).index('malloc')} (\d+)\n", part):
+            lines = LINE.findall(part)
+            key = (*lines[:1], *[line for line in lines if line[0].startswith(OWN)][:1])
+            found[key] = min(found.get(key, sys.maxsize), int(about[1]))
+    return sorted(found.values())
+
+
+class Trial:
+    """All calls of a bake, and what comes of failing them."""
+
+    def __init__(self, inputs: base.Inputs, place: Path) -> None:
+        self.inputs, self.place = inputs, place
+        self.old = base.content(inputs.bundle)
+        whole = Bench(inputs, self.place / "whole").bake()
+        if whole.end.code or whole.left:
+            raise SystemExit(f"the bake does not run: {whole.end.said} {whole.left}")
+        self.new, self.counts, self.seconds = whole.bundle, whole.counts, whole.end.seconds
+
+    def calls(self) -> list[Call]:
+        """What is to fail: every file call, and a large allocation of each place in the code."""
+        numbers = {kind: list(range(1, count + 1)) for kind, count in self.counts.items()}
+        bench = Bench(self.inputs, self.place / "listed")
+        bench.bake(list_calls=True)
+        numbers["malloc"] = first_of_places(bench.lines.read_text("utf-8", "replace"))
+        return [(kind, number) for kind in KINDS for number in numbers[kind]]
+
+    def row(
+        self, calls: Sequence[Call], lanes: int, seconds: float | None = None, tell: bool = False
+    ) -> base.Row:
+        """Try calls, side by side."""
+        began = time.monotonic()
+        shared = mmap.mmap(-1, 8 * lanes)  # by the lanes
+        tried = (LONG * lanes).from_buffer(shared)
+        deaths = (LONG * lanes).from_buffer(mmap.mmap(-1, 8 * lanes))
+
+        def lane(number: int) -> base.Row:
+            row, bench = base.Row(NAME, MUST), Bench(self.inputs, self.place / f"lane-{number}")
+            for call in calls[number::lanes]:
+                if seconds is not None and time.monotonic() - began > seconds:
+                    break
+                tried[number] += 1
+                result = bench.bake(call)
+                if not result.struck:
+                    continue
+                row.cases += 1
+                deaths[number] += died(result, call)
+                found = wrong(result, call, self.old, self.new)
+                text = f"{call[0]} {call[1]}: {'; '.join(found)} ({result.where})"
+                if found:
+                    row.fail(text)
+                if tell:
+                    last = (result.end.said.splitlines() or [""])[-1]
+                    print(
+                        f"{result.end.seconds:.1f} s, {result.end.code}: {text} {last}", flush=True
+                    )
+            row.seconds = time.monotonic() - began
+            return row
+
+        row = base.in_lanes(lane, lanes)
+        missed = sum(tried) - row.cases
+        row.note = (
+            f"{sum(tried)} of {len(calls)} calls tried, {missed} of them not reached; "
+            f"{sum(deaths)} ended by a signal in a library that got no memory"
+        )
+        return row
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--count", action="store_true", help="say how many calls there are")
+    parser.add_argument("--of", type=int, metavar="N", help="try N of each kind, spread")
+    parser.add_argument("--only", nargs="+", metavar="KIND", help="try kinds, or KIND NUMBER ...")
+    parser.add_argument("--place", type=Path, help="a folder to work in, kept")
+    parser.add_argument("--row", type=Path, help=argparse.SUPPRESS)  # what `run` asks for
+    asked = parser.parse_args()
+    if "LD_PRELOAD" not in os.environ:
+        with tempfile.TemporaryDirectory() as folder:
+            place = (asked.place or Path(folder)).resolve()
+            again(build(place), [*sys.argv[1:], "--place", place])
+        return
+    base.load()
+    if asked.row:
+        inputs, place, lanes, step, seconds = pickle.loads(asked.row.read_bytes())
+        trial = Trial(inputs, place)
+        calls = trial.calls()[::step]
+        random.Random(0).shuffle(calls)
+        asked.row.write_bytes(pickle.dumps(trial.row(calls, lanes, seconds)))
+        return
+    trial = Trial(base.Inputs(asked.place / "inputs").make(), asked.place)
+    words = asked.only or list(KINDS)
+    kinds = [word for word in words if word in KINDS]
+    calls = [(kinds[0], int(word)) for word in words if word not in KINDS]
+    calls = calls or [call for call in trial.calls() if call[0] in kinds]
+    if asked.count:
+        places = sum(kind == "malloc" for kind, _ in calls)
+        print(f"one bake, {trial.seconds:.1f} s: {trial.counts}; malloc in {places} places")
+        return
+    if asked.of:
+        some = [[call for call in calls if call[0] == kind] for kind in kinds]
+        calls = [call for each in some for call in each[:: max(1, -(-len(each) // asked.of))]]
+    row = trial.row(calls, 1, tell=True)
+    print(f"{row.cases} cases in {row.seconds:.0f} s, {len(row.failures)} failures; {row.note}")
+    print("\n".join(row.failures))
+
+
+if __name__ == "__main__":
+    main()
