@@ -19,6 +19,11 @@ timecode_base = click.option(
     help="Frames that a second of the take's time code has (60, or what its rows show).",
 )  # fmt: skip
 
+codec = click.option(
+    "--codec", type=click.Choice(["usual", "av1"]), default="usual", show_default=True,
+    help="av1 makes a .mp4 smaller, by bakery[video]; browsers play it, and Apple's devices from 2023 on.",
+)  # fmt: skip
+
 
 @click.command(cls=options.Command, resumes=True)
 @click.argument("bundle", type=click.Path(path_type=Path))
@@ -49,6 +54,7 @@ timecode_base = click.option(
 @click.option("--sound", type=click.Path(path_type=Path), help="Clip whose sound is laid under it.")
 @gain
 @neutral
+@codec
 @click.option(
     "--textures", type=click.Choice(["dynamic", "static"]), default="dynamic", show_default=True,
     help="Blend the baked expressions, or show the neutral texture alone.",
@@ -57,8 +63,8 @@ timecode_base = click.option(
 @click.option("--work", type=click.Path(path_type=Path), help="Folder for finished parts, kept.")
 @options.overwrite
 def animate(
-    bundle, curves, output, view, size, frames, fps, base, sound, gain, neutral, textures, hair,
-    work, overwrite,
+    bundle, curves, output, view, size, frames, fps, base, sound, gain, neutral, codec, textures,
+    hair, work, overwrite,
 ):  # fmt: skip
     """Play a take with BUNDLE into a video or into pictures. An interrupted run goes on where it
     stopped.
@@ -78,15 +84,19 @@ def animate(
         options.may_write(place, overwrite)
     output = sequence or Path(output)
     options.may_go_on(work, marks=("lock", "*.key"))
-    from bakery.formats import pyav
+    from bakery.formats import pyav, video
     from bakery.motion import files
     from bakery.motion.animate import RenderSettings, parse_frames
     from bakery.show import frame
 
+    if sequence is None:
+        video.codec_of(video.kind_of(output), codec)  # what cannot be had is told at once
+    elif codec != "usual":
+        raise click.UsageError(f"--codec {codec}: PNG frames have none")
     first, last = parse_frames(frames)
     settings = RenderSettings(
         view=frame.parse(view=view)["view"], size=size, rate=fps, first=first, last=last,
-        dynamic=textures == "dynamic", hair=hair, film=sequence is None,
+        dynamic=textures == "dynamic", hair=hair, film=sequence is None, codec=codec,
     )  # fmt: skip
     with options.progress(Path(str(output)).name) as progress:
         take, made = files.animate(

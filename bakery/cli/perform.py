@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from bakery.cli import options
+from bakery.cli.animate import codec as codec_option
 from bakery.cli.animate import gain, neutral
 
 PLAN = {
@@ -60,11 +61,12 @@ PLAN = {
 @options.head
 @gain
 @neutral
+@codec_option
 @options.settings_of("track")
 @click.option("--work", type=click.Path(path_type=Path), help="Folder for finished parts, kept.")
 @options.overwrite
 def perform(
-    source, clip, output, by, over, over_face, view, size, frames, hair, settings, work, overwrite, **wanted
+    source, clip, output, by, over, over_face, view, size, frames, hair, codec, settings, work, overwrite, **wanted
 ):  # fmt: skip
     """Play what the person in CLIP does with the person of a portrait or a bundle. An interrupted
     run goes on where it stopped.
@@ -83,9 +85,9 @@ def perform(
     ends with the shorter one. A folder of frames needs --rate, which is then that of both.
     """
     from bakery.errors import UsageProblem
-    from bakery.formats.video import kind_of
+    from bakery.formats.video import codec_of, kind_of
 
-    kind_of(output)
+    codec_of(kind_of(output), codec)
     options.may_write(output, overwrite)
     options.may_go_on(work, marks=("lock", "*.key"))
     options.may_go_on(wanted["fits"], marks=("clip.npz",))
@@ -100,7 +102,12 @@ def perform(
         raise UsageProblem("--over-face: names a face of --over CLIP2; give that too, or drop it")
     first, last = parse_frames(frames)
     chosen = RenderSettings(
-        view=frame.parse(view=view)["view"], size=size or 512, first=first, last=last, hair=hair
+        view=frame.parse(view=view)["view"],
+        size=size or 512,
+        first=first,
+        last=last,
+        hair=hair,
+        codec=codec,
     )
     track = options.options_of("track", settings)
     asked = files.Wanted(

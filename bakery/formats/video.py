@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 
 from bakery import __version__
-from bakery.errors import InputError
+from bakery.errors import InputError, UsageProblem
 from bakery.formats import mark, mp4, pyav, webm
 from bakery.formats.files import replacing
 from bakery.formats.place import scratch
@@ -26,7 +26,8 @@ from bakery.types import Ingredient
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # FFmpeg prints on stderr by itself
 KINDS = {".mp4": ("mp4v", ".mp4"), ".webm": ("VP80", ".ivf")}  # ending -> FourCC, of the parts
 ALPHA = ".mov"  # kind that carries alpha, by PyAV alone
-H264, PRORES, VP9 = "avc1", "ap4h", "VP90"
+H264, AV1, PRORES, VP9 = "avc1", "av01", "ap4h", "VP90"
+CODECS = ("usual", "av1")  # what may be asked for; see `codec_of`
 LARGEST_SIDE = 4096  # pixels
 BRANDS = {".mp4": b"isom", ALPHA: b"qt  "}  # what the first bytes of a file say it is
 # OpenCV's change to YUV cuts off instead of rounding: grey 118 came back as (115, 117, 114).
@@ -128,8 +129,21 @@ def kind_of(path):
     return ending
 
 
-def codec_of(kind):
-    """How a video of a kind is coded here: a FourCC; H.264 and VP9 where PyAV is installed."""
+def codec_of(kind, asked=CODECS[0]):
+    """How a video of a kind is coded here: a FourCC; H.264 and VP9 where PyAV is installed.
+
+    Args:
+        asked: of CODECS; "av1" is for .mp4, by PyAV.
+
+    Raises:
+        InputError: AV1 cannot be had.
+    """
+    if asked == "av1":
+        if kind != ".mp4":
+            raise UsageProblem(f"--codec av1: is written into .mp4 files, not into {kind}")
+        if not pyav.available():
+            raise InputError("--codec av1: needs PyAV: pip install 'bakery[video]'")
+        return AV1
     if kind == ALPHA or pyav.available():
         return {".mp4": H264, ".webm": VP9, ALPHA: PRORES}[kind]
     return KINDS[kind][0]
@@ -150,7 +164,12 @@ def encode(pictures, kind, rate, codec=None):
     Raises:
         InputError: this OpenCV lacks the codec.
     """
-    by_pyav = {H264: pyav.encode_h264, VP9: pyav.encode_vp9, PRORES: pyav.encode_prores}
+    by_pyav = {
+        H264: pyav.encode_h264,
+        AV1: pyav.encode_av1,
+        VP9: pyav.encode_vp9,
+        PRORES: pyav.encode_prores,
+    }
     if codec in by_pyav:
         return by_pyav[codec](pictures, rate)
     four, ending = KINDS[kind]

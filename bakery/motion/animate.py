@@ -40,6 +40,7 @@ class RenderSettings:
     dynamic: bool = True  # whether expressions change the texture
     hair: bool = True  # whether the hair layer is shown
     film: bool = True  # a video: sides are even; else single pictures with alpha
+    codec: str = video.CODECS[0]  # of a video, of `video.CODECS`
 
     def __post_init__(self):
         if self.film and self.size % 2:
@@ -252,11 +253,13 @@ def write_video(avatar, take, settings, output, note, key, sound=None, progress=
     key = key_of(key, digest(format_take(take)), asdict(settings))
     with work_folder(output, work) as kept:
         heard = None if sound is None else video.read_sound(sound, kind, kept.folder)
-        film(player, output, note, key, kept, heard, progress)
+        film(player, output, note, key, kept, heard, progress, settings.codec)
     return player
 
 
-def film(player, output, note, key, kept, heard=None, progress=None):
+def film(
+    player, output, note, key, kept, heard=None, progress=None, asked=video.CODECS[0]
+):  # fmt: skip
     """Write what a player draws into a video file, part after part.
 
     Args:
@@ -267,9 +270,10 @@ def film(player, output, note, key, kept, heard=None, progress=None):
         kept: formats.work.Work, which holds the finished parts.
         heard: sound from `video.read_sound`, or None.
         progress: called with (step, done, total).
+        asked: how it is coded, of `video.CODECS`.
     """
     kind = video.kind_of(output)
-    codec = video.codec_of(kind)
+    codec = video.codec_of(kind, asked)
     key = key_of(key, kind, codec)
     progress = progress or (lambda step, done, total: None)
     parts = []

@@ -145,6 +145,7 @@ def perform(
             kept,
             heard,
             progress,
+            wanted.settings.codec,
         )
     return Made(shown.count, shown.rate, notes)
 

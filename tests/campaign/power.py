@@ -17,6 +17,7 @@ import base
 
 MUST = "200 cuts: the old or the new bundle whole"
 OUTER, INNER = 600, 192  # MiB of the two file systems
+MAKE_OUTER = "mkfs.xfs -q -f -m reflink=1"
 # How ext4 may hold data back: by itself, without its care for renamed files, unordered, and longer.
 WAYS = ("", "noauto_da_alloc", "data=writeback,noauto_da_alloc", "commit=30", "nodelalloc,commit=1")
 GOES_ON = 10  # of so many cuts one is followed by the next run
@@ -25,9 +26,8 @@ GOES_ON = 10  # of so many cuts one is followed by the next run
 def run(inputs: base.Inputs, place: Path, count: int) -> base.Row:
     """Copy the disk `count` times while bundles are baked on it."""
     row, began = base.Row("power cut", MUST), time.monotonic()
-    missing = [tool for tool in ("mkfs.xfs", "mkfs.ext4", "mount", "cp") if not shutil.which(tool)]
-    if os.getuid() or missing:
-        row.note = f"not run: needs root{', ' if missing else ''}{', '.join(missing)}"
+    if lacks := _lacking(place):
+        row.note = f"not run: needs {lacks}"
         return row
     command = inputs.commands()[0]
     whole = place / "whole"
@@ -36,13 +36,26 @@ def run(inputs: base.Inputs, place: Path, count: int) -> base.Row:
         raise SystemExit(f"{command.name} does not run: {end.said}")
     good = {base.content(command.old): "old", base.content(whole / command.out): "new"}
     rng, number = random.Random(0), 0
-    with _disk(place, "outer", OUTER, "mkfs.xfs -q -f -m reflink=1", "") as outer:
+    with _disk(place, "outer", OUTER, MAKE_OUTER, "") as outer:
         while row.cases < count:
             way = WAYS[number % len(WAYS)]
             _bake(row, command, outer, way, good, end.seconds, rng, count)
             number += 1
     row.seconds = time.monotonic() - began
     return row
+
+
+def _lacking(place):
+    """What of root, programs and the right to mount a file is not there; "" if all is."""
+    lacking = [name for name in ("mkfs.xfs", "mkfs.ext4", "mount", "cp") if not shutil.which(name)]
+    if lacking or os.getuid():
+        return ", ".join(lacking or ["root"])
+    place.mkdir(parents=True, exist_ok=True)
+    try:
+        with _disk(place, "trial", OUTER, MAKE_OUTER, ""):
+            return ""
+    except (subprocess.CalledProcessError, OSError):
+        return "a kernel that mounts XFS from a file"
 
 
 def _bake(row, command, outer, way, good, seconds, rng, count):

@@ -241,3 +241,51 @@ def test_clips_of_phones_are_read_in_time(av, tmp_path, codec, pixels, name):
     (tmp_path / name).write_bytes(data[:at] + QUARTER + data[at + len(PLAIN) :])
     _, turned = next(video.Clip(tmp_path / name).frames())
     assert turned.shape == (160, 96, 3) and turned[40, 80].min() > 190 and turned[40, 20].max() < 20
+
+
+def test_av1_of_three_parts_is_one_video(av, tmp_path):
+    parts, first = [], 0
+    for number, length in enumerate((10, 7, 8)):
+        parts.append(tmp_path / f"part{number}")
+        data = video.encode(moving(length, first), ".mp4", RATE, video.codec_of(".mp4", "av1"))
+        assert data == video.encode(moving(length, first), ".mp4", RATE, video.AV1)  # same bytes
+        parts[-1].write_bytes(data)
+        first += length
+    made = tmp_path / "film.mp4"
+    video.join(made, parts, ".mp4", RATE, (96, 64), NOTE)
+    data = made.read_bytes()
+    assert data.find(b"moov") < data.find(b"mdat") and b"av1C" in data
+    assert b"DigitalSourceType" in data
+    with av.open(str(made)) as clip:
+        stream = clip.streams.video[0]
+        coder = stream.codec_context
+        assert (coder.codec.canonical_name, coder.pix_fmt) == ("av1", "yuv420p")
+        assert (coder.colorspace, coder.color_range, stream.average_rate) == (1, 1, 25)
+        shown = list(clip.decode(stream))
+        assert [frame.pts * frame.time_base for frame in shown] == [
+            Fraction(k, 25) for k in range(25)
+        ]
+        frames = [frame.to_ndarray(format="rgb24") for frame in shown]
+    for found, wanted in zip(frames, moving(25)):
+        assert abs(int(found[5, 5, 1]) - int(wanted[5, 5, 1])) <= 3
+        box = found[22:38, :, 0].astype(int) - found[22:38, :, 2] > 60
+        assert 8 * 16 < box.sum() < 16 * 16  # the red box, where it is seen
+
+
+def test_av1_is_smaller(av):
+    rng = np.random.default_rng(3)
+    still = rng.integers(0, 255, (16, 16, 3), np.uint8)
+    pictures = [np.roll(np.kron(still, np.ones((16, 16, 1), np.uint8)), k, 1) for k in range(20)]
+    assert len(pyav.encode_av1(pictures, RATE)) < 0.8 * len(pyav.encode_h264(pictures, RATE))
+
+
+def test_av1_where_it_cannot_be_had(monkeypatch, bakery, tmp_path):
+    with pytest.raises(InputError, match="into .mp4 files, not into .webm"):
+        video.codec_of(".webm", "av1")
+    monkeypatch.setattr(pyav, "available", lambda: False)
+    for out, code in (("a.webm", 2), ("a.mp4", 1), ("frames/", 2)):
+        done = bakery(
+            "animate", "x.avatar", "--curves", "x.csv", "--codec", "av1", "-o", tmp_path / out
+        )
+        assert done.returncode == code and "--codec av1" in done.stderr, done.stderr
+    assert not list(tmp_path.iterdir())

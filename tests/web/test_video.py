@@ -3,6 +3,7 @@
 import json
 import math
 import wave
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,12 +26,15 @@ def test_a_browser_plays_picture_and_sound(browser, serve, tmp_path):
     pytest.importorskip("av")
     pictures = [np.full((64, 96, 3), 4 * n, np.uint8) for n in range(50)]
     source = tone(tmp_path / "tone.wav", loud_at=0.7)
-    for kind in (".mp4", ".webm"):
-        part = tmp_path / f"part{kind}"
-        part.write_bytes(video.encode(pictures, kind, 25.0, video.codec_of(kind)))
+    films = {"film.mp4": "usual", "film.webm": "usual", "av1.mp4": "av1"}
+    for name, asked in films.items():
+        kind = Path(name).suffix
+        part = tmp_path / f"part-{name}"
+        part.write_bytes(video.encode(pictures, kind, 25.0, video.codec_of(kind, asked)))
         sound = video.read_sound(source, kind, tmp_path)
-        video.join(tmp_path / f"film{kind}", [part], kind, 25.0, (96, 64), NOTE, sound)
-    seen = json.loads(browser("video.mjs", serve(tmp_path), "film.mp4", "film.webm"))
+        video.join(tmp_path / name, [part], kind, 25.0, (96, 64), NOTE, sound)
+    seen = json.loads(browser("video.mjs", serve(tmp_path), *films))
+    assert set(seen) == set(films)
     for found in seen.values():
         assert (found["done"], found["width"], found["height"]) == (True, 96, 64)
         assert abs(found["seconds"] - 2) < 0.1
