@@ -1,10 +1,14 @@
 """`bakery export`: a bundle in another format."""
 
 import os
+from importlib import import_module
 
 import click
 
 from bakery.cli import complete, options
+
+# What puts a take into files of an ending.
+TAKES = {".glb": "bakery.export.glb_take", ".usdz": "bakery.export.usd_take"}
 
 
 @click.command(cls=options.Command)
@@ -18,7 +22,9 @@ from bakery.cli import complete, options
     "--side", type=click.IntRange(64, 4096), default=1024, show_default=True,
     help="Texels on a side of textures, at most.",
 )  # fmt: skip
-@click.option("--curves", type=options.PATH, help="Take to put into a .glb as its animation.")
+@click.option(
+    "--curves", type=options.PATH, help="Take to put into a .glb or .usdz as its animation."
+)
 @options.overwrite
 def export(bundle, name, output, side, curves, overwrite):
     """Write BUNDLE in another format.
@@ -27,11 +33,11 @@ def export(bundle, name, output, side, curves, overwrite):
     bakery export portrait.avatar --format glb -o portrait.glb
     bakery export portrait.avatar --format exr -o textures/
     bakery export portrait.avatar --format glb --curves take.csv -o talking.glb
+    bakery export portrait.avatar --format usd --curves take.csv -o talking.usdz
 
     A folder must be new or empty.
     """
     from bakery.export.bundle import read_manifest
-    from bakery.export.glb_take import with_take
     from bakery.export.open import open_avatar
     from bakery.formats.files import write_bytes
     from bakery.formats.livelink import read_take
@@ -40,8 +46,10 @@ def export(bundle, name, output, side, curves, overwrite):
     from bakery.plugins import plug_in
 
     exporter = plug_in("exporters", name)
-    if curves and exporter.suffix != ".glb":
-        raise click.UsageError(f"--curves goes into .glb files; --format {name} writes none")
+    if curves and exporter.suffix not in TAKES:
+        raise click.UsageError(
+            f"--curves goes into {' and '.join(TAKES)} files; --format {name} writes none"
+        )
     take = read_take(curves) if curves else None
     if exporter.suffix:
         options.may_write(output, overwrite, endings=(exporter.suffix,))
@@ -55,6 +63,7 @@ def export(bundle, name, output, side, curves, overwrite):
         made.parent.mkdir()
         exporter.export(avatar, made, side)
         if take:
+            with_take = import_module(TAKES[exporter.suffix]).with_take
             write_bytes(made, with_take(made.read_bytes(), take))
         if said := of_manifest(read_manifest(bundle)):
             stamp(made, said)

@@ -43,7 +43,7 @@ def with_take(data: bytes, take: Take) -> bytes:
         play(weights.reshape(-1, 1), "SCALAR", nodes, "weights")
     bones = [k for k, node in enumerate(document["nodes"]) if node.get("name") == HEAD]
     if bones and take.head.any():
-        play(_quaternions(take.head), "VEC4", bones, "rotation")
+        play(quaternions(take.head), "VEC4", bones, "rotation")
     document["animations"] = [{"name": NAME, "channels": channels, "samplers": samplers}]
     document["buffers"] = [{"byteLength": len(binary)}]
     return joined(document, bytes(binary))
@@ -57,7 +57,7 @@ def _shown(document) -> list[int]:
     return found
 
 
-def _quaternions(head: np.ndarray) -> np.ndarray:
+def quaternions(head: np.ndarray) -> np.ndarray:
     """Angles of a Take's head [N, 3] as quaternions x, y, z, w [N, 4], neighbours near each other."""
     turns = np.array([rotation.vector(rotation.yaw_pitch_roll(*row)).ravel() for row in head])
     angles = np.linalg.norm(turns, axis=1, keepdims=True)

@@ -26,6 +26,7 @@ with contextlib.suppress(ImportError):  # of the extra usd; without it exporters
     from pxr import Gf, Kind, Sdf, Tf, Usd, UsdGeom, UsdSkel, Vt
 
 ROOT = "/avatar"
+POSE = f"{ROOT}/skeleton/pose"  # the animation
 LAYER = "avatar.usdc"
 LOOK = "look"  # variant set
 
@@ -93,7 +94,7 @@ def _skeleton(stage, contents):
     skeleton.CreateJointsAttr(paths)
     skeleton.CreateBindTransformsAttr(Vt.Matrix4dArray([_moved(place[name]) for name in names]))
     skeleton.CreateRestTransformsAttr(Vt.Matrix4dArray([_moved(step) for step in moved]))
-    pose = UsdSkel.Animation.Define(stage, f"{ROOT}/skeleton/pose")
+    pose = UsdSkel.Animation.Define(stage, POSE)
     pose.CreateJointsAttr(paths)
     pose.CreateTranslationsAttr(_vectors(np.array(moved)))
     pose.CreateRotationsAttr(Vt.QuatfArray([Gf.Quatf(1.0)] * len(names)))

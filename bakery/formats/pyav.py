@@ -27,7 +27,9 @@ VP9 = {"deadline": "realtime", "cpu-used": "8", "crf": "18", "b": "0", "lag-in-f
 # One thread again, and pictures in the order in which they are shown: their times need no second table.
 AV1 = {"preset": "8", "crf": "20", "svtav1-params": "lp=1:pred-struct=1:keyint=150"}
 PRORES = {"profile": "4444", "vendor": "apl0", "alpha_bits": "16"}
-os.environ.setdefault("SVT_LOG", "1")  # SVT-AV1 tells its settings on stderr; errors alone are wanted
+os.environ.setdefault(
+    "SVT_LOG", "1"
+)  # SVT-AV1 tells its settings on stderr; errors alone are wanted
 LARGEST_TERM = 240 * 1001  # of a rate as a fraction; 30000/1001 is one
 SOUND = {".mp4": ("mp4", "aac", "fltp"), ".webm": ("webm", "libopus", "flt")}
 RATE = 48000  # Hz of transcoded sound; Opus has no other

@@ -9,6 +9,9 @@ import pytest
 
 from bakery.export.lod import MATERIALS, head_surfaces
 from bakery.export.skeleton import BONES, head_joints
+from bakery.export.usd_take import with_take
+from bakery.formats.livelink import Take, format_take
+from bakery.geometry import rotation
 from bakery.heads.base import weights
 from bakery.plugins import plug_in
 from bakery.testing import refuses
@@ -190,3 +193,53 @@ def test_without_hair_and_without_usd_core(made, avatar, tmp_path, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     refuses(lambda: exporter.export(bald, tmp_path / "c.usdz", 64), "usd-core", "bakery[usd]")
     assert not (tmp_path / "c.usdz").exists()
+
+
+@pytest.fixture(scope="module")
+def take():
+    """Four frames at 24 a second: the jaw opens, the head turns and nods."""
+    rows = np.zeros((4, len(EXPRESSIONS)), np.float32)
+    rows[:, EXPRESSIONS.index("jawOpen")] = [0, 0.2, 0.5, 0.9]
+    head = np.array([[0, 0, 0], [10, 0, 0], [20, 8, 0], [30, 0, 0]], np.float32)
+    return Take(np.arange(4) / 24 + 2.0, rows, head, None)
+
+
+def test_a_take_plays(made, take, avatar, tmp_path):
+    from pxr import Usd, UsdSkel
+
+    data = with_take(made.read_bytes(), take)
+    assert data == with_take(made.read_bytes(), take)  # the same bytes each time
+    path = tmp_path / "talking.usdz"
+    path.write_bytes(data)
+    stage = Usd.Stage.Open(str(path))
+    assert problems(stage) == []
+    assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (0, 3)
+    assert stage.GetTimeCodesPerSecond() == 24
+    pose = UsdSkel.Animation.Get(stage, "/avatar/skeleton/pose")
+    assert pose.GetBlendShapeWeightsAttr().GetTimeSamples() == [0, 1, 2, 3]
+    jaw = list(pose.GetBlendShapesAttr().Get()).index("jawOpen")
+    found = [pose.GetBlendShapeWeightsAttr().Get(code)[jaw] for code in range(4)]
+    np.testing.assert_allclose(found, take.weights[:, EXPRESSIONS.index("jawOpen")], atol=1e-6)
+    head = [str(joint).endswith("/head") for joint in pose.GetJointsAttr().Get()].index(True)
+    for code, angles in enumerate(take.head):
+        turn = pose.GetRotationsAttr().Get(code)[head]
+        w, xyz = turn.GetReal(), np.array(turn.GetImaginary())
+        angle = 2 * np.arccos(np.clip(w, -1, 1))
+        found = angle * xyz / max(np.linalg.norm(xyz), 1e-9)
+        wanted = rotation.vector(rotation.yaw_pitch_roll(*angles)).ravel()
+        np.testing.assert_allclose(found, wanted, atol=1e-5)
+
+
+def test_a_take_is_put_in_by_the_command(pxr, bakery, bundle, take, tmp_path):
+    from pxr import Usd
+
+    (tmp_path / "take.csv").write_bytes(format_take(take))
+    out = tmp_path / "a.usdz"
+    done = bakery("export", bundle, "--format", "usd", "--curves", tmp_path / "take.csv", "-o", out)
+    assert done.returncode == 0, done.stderr
+    stage = Usd.Stage.Open(str(out))
+    assert stage.GetEndTimeCode() == 3 and problems(stage) == []
+    assert bakery("inspect", out).returncode == 0
+    done = bakery("export", bundle, "--format", "vrm", "--curves", tmp_path / "take.csv",
+                  "-o", tmp_path / "a.vrm")  # fmt: skip
+    assert done.returncode == 2 and "--curves goes into .glb and .usdz files" in done.stderr
