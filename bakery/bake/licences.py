@@ -5,9 +5,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import metadata
 
-NAME = re.compile(
-    r"[A-Za-z0-9][A-Za-z0-9._-]*"
-)  # of PEP 508, as far as a requirement begins with it
+# What a requirement begins with, and how it names an extra (PEP 508).
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 EXTRA = re.compile(r"""extra\s*==\s*["']([^"']+)["']""")
 OF_DEVELOPERS = ("dev", "docs")  # extras that no user needs
 

@@ -5,6 +5,7 @@ import errno
 import hashlib
 import os
 import secrets
+import shutil
 import stat
 from collections.abc import Iterator
 from pathlib import Path
@@ -114,8 +115,7 @@ def replacing(path: str | os.PathLike, sync: bool = True) -> Iterator[BinaryIO]:
             if sync:
                 _sync(file.fileno())
             if handle is not None:
-                # An absolute path needs no folder; with one, Python follows the link to the file.
-                os.link(OPEN_FILES.format(handle), temporary, src_dir_fd=handle)
+                _give_name(file, temporary, sync)
         os.replace(temporary, path)
     except OSError as error:
         raise disk_error(path, error) from None
@@ -134,6 +134,21 @@ def _nameless(folder):
         if error.errno in (*CANNOT_SYNC, errno.EISDIR, errno.ENOENT):
             return None
         raise
+
+
+def _give_name(file, path, sync):
+    """Give a file that has none a name; where the system refuses that, a copy of it."""
+    handle = file.fileno()
+    try:
+        # An absolute path needs no folder; with one, Python follows the link to the file.
+        os.link(OPEN_FILES.format(handle), path, src_dir_fd=handle)
+    except OSError:
+        file.seek(0)
+        with open(path, "xb") as copy:
+            shutil.copyfileobj(file, copy)
+            if sync:
+                copy.flush()
+                _sync(copy.fileno())
 
 
 def sync_folder(folder: str | os.PathLike) -> None:

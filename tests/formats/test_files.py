@@ -203,6 +203,22 @@ def test_what_is_not_complete_has_no_name(tmp_path):
     assert (tmp_path / "a").read_bytes() == b"data"
 
 
+@nameless
+def test_a_system_that_gives_no_name_later_gets_a_copy(tmp_path, monkeypatch):
+    def refused(*_, **__):
+        raise PermissionError(errno.EPERM, "Operation not permitted")
+
+    for number, save in enumerate(WRITERS):
+        save(tmp_path / f"{number}-linked.npz")
+    monkeypatch.setattr(os, "link", refused)
+    for number, save in enumerate(WRITERS):
+        save(tmp_path / f"{number}-copied.npz")
+    assert len(os.listdir(tmp_path)) == 2 * len(WRITERS)
+    for linked in tmp_path.glob("*-linked.npz"):
+        copied = linked.with_name(linked.name.replace("linked", "copied"))
+        assert copied.read_bytes() == linked.read_bytes() and mode(copied) == mode(linked)
+
+
 KILLED = """
 import os, signal, sys
 from bakery.formats.{module} import {function}
