@@ -15,7 +15,7 @@ TAKES = {".glb": "bakery.export.glb_take", ".usdz": "bakery.export.usd_take"}
 @click.argument("bundle", type=options.PATH)
 @click.option(
     "--format", "name", required=True, shell_complete=complete.plug_ins("exporters"),
-    help="glb, glb-speech (with visemes), glb-lit (for lamps), usd, vrm, textures (for renderers), web, exr, head, preview, proxies, or one that a plug-in brings.",
+    help="glb, glb-speech (with visemes), glb-lit (for lamps), glb-full (with both), usd, vrm, textures (for renderers), web, exr, head, preview, proxies, or one that a plug-in brings.",
 )  # fmt: skip
 @click.option("-o", "--output", required=True, type=options.PATH, help="File or folder to write.")
 @click.option(

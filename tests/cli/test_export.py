@@ -16,7 +16,7 @@ FEW = Path(__file__).parents[1] / "few.toml"
 
 
 # Their own tests read what these write; written twice they take 5 s each.
-LONG = {"glb-lit", "glb-speech", "usd", "vrm", "textures-acescg"}
+LONG = {"glb-full", "glb-lit", "glb-speech", "usd", "vrm", "textures-acescg"}
 
 
 @pytest.mark.parametrize(

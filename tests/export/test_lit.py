@@ -14,10 +14,12 @@ from bakery.export import lit
 from bakery.export.glb import Surface
 from bakery.export.lod import head_surfaces
 from bakery.export.tangents import with_tangents
+from bakery.formats.targets import OTHERS
 from bakery.geometry.mesh import vertex_normals
 from bakery.plugins import plug_in
 from bakery.stages.atlas import make_atlas, uv_polygon
 from bakery.testing import refuses
+from bakery.types import EXPRESSIONS
 
 VALIDATOR = Path(__file__).resolve().parents[2] / "node_modules" / "gltf-validator"
 VALIDATE = (
@@ -90,11 +92,19 @@ def test_relief_is_of_bare_skin_alone(head):
     assert np.abs(height[: SIDE // 8]).max() < 1e-5
 
 
-@pytest.fixture(scope="module")
-def made(hairy, tmp_path_factory):
+@pytest.fixture(scope="module", params=["glb-lit", "glb-full"])
+def made(hairy, tmp_path_factory, request):
     path = tmp_path_factory.mktemp("lit") / "a.glb"
-    plug_in("exporters", "glb-lit").export(hairy, path, 512)
+    plug_in("exporters", request.param).export(hairy, path, 1024)
     return path
+
+
+def test_the_full_one_has_visemes_too(made, glb, request):
+    full = "glb-full" in request.node.name
+    document, _ = glb[0](made.read_bytes())
+    heads = [mesh for mesh in document["meshes"] if mesh["name"].startswith("head_LOD")]
+    names = [*EXPRESSIONS, *OTHERS] if full else list(EXPRESSIONS)
+    assert len(heads) == 4 and all(mesh["extras"]["targetNames"] == names for mesh in heads)
 
 
 def test_every_primitive_has_both_materials(made, glb):
