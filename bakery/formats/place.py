@@ -211,13 +211,17 @@ def remove_hidden(hidden: Path, target: Path, lock: BaseFileLock) -> None:
 
     If it cannot have it back, the folder stays for the next run.
     """
+    settled = False
     try:
-        if _settle(hidden, target):
+        settled = _settle(hidden, target)
+        if settled:
             shutil.rmtree(hidden, ignore_errors=True)
     finally:
         lock.release()
     with contextlib.suppress(OSError):
         os.rmdir(hidden)  # Windows removes no open file, so the lock was still in it
+    if settled and hidden.exists():
+        log.warning("%s: cannot be removed; remove it", hidden)
 
 
 def _settle(hidden, target):

@@ -271,3 +271,12 @@ def test_work_stays_after_a_failure_or_where_asked(tmp_path):
 
 def test_keys_differ():
     assert key_of(1, {"a": 2}) == key_of(1, {"a": 2}) != key_of(1, {"a": 3})
+
+
+def test_a_hidden_folder_that_stays_is_told(tmp_path, monkeypatch, caplog):
+    monkeypatch.setattr(
+        place.shutil, "rmtree", lambda *_, **__: None
+    )  # as if it could not be opened
+    with place.locked_folder(tmp_path / "a.avatar") as hidden:
+        (hidden / "bundle").mkdir()
+    assert hidden.exists() and caplog.messages == [f"{hidden}: cannot be removed; remove it"]
