@@ -13,7 +13,7 @@ from bakery.geometry import mesh, rotation
 from bakery.geometry.harmonics import irradiance
 from bakery.heads.base import look, weights
 from bakery.heads.file import load_head
-from bakery.stages.fit import FitOptions, fit, focal_length
+from bakery.stages.fit import FitOptions, fit, focal_length, photometric
 from bakery.stages.fit import albedo as fit_albedo
 from bakery.stages.fit import diagnostics as fit_diagnostics
 from bakery.stages.fit import expressions as groups
@@ -222,3 +222,17 @@ def test_residual_is_what_moves_the_landmarks(head, grey):
     projected = cameras.project(head.landmarks(vertices).astype(np.float64), found.camera)
     shown = np.delete(found.landmarks_projected, UPPER, 0)  # the seam hides the upper lip's rim
     np.testing.assert_allclose(np.delete(projected, UPPER, 0), shown, atol=1e-3)
+
+
+def test_a_level_that_shows_too_little_leaves_what_was_found_before(head, grey, monkeypatch):
+    """A head may be turned away at the first level (tests/fuzz: placing, case 69)."""
+    seen, calls = photometric.visible_samples, []
+
+    def once(*given):
+        calls.append(len(given[4].corners))
+        return seen(*given) * (len(calls) != 2)
+
+    monkeypatch.setattr(photometric, "visible_samples", once)
+    found = fit(grey, portrait(head)[0], head)
+    assert len(calls) == 3 and calls[0] == calls[2] != calls[1]  # back at the first level
+    assert np.isfinite(found.diagnostics["photo_residual"])

@@ -215,19 +215,23 @@ def fit_photo(head, model, camera, shape, photo, points, confidence, skin, basis
     energy = Energy(head, model, points, confidence, shape.expression, basis, options.weights)
     start = Appearance(basis.light.astype(np.float64), np.zeros(len(basis.modes)))
     state = State(camera, shape, start)
-    taken, residual = [], None
+    taken, residual, last = [], None, None
     levels = pyramid(photo, points, skin, options.level_widths)
     for level, steps, count in zip(levels, options.level_steps, options.level_samples):
-        energy.look_at(level, choose_samples(head, model.modes, basis, count), state)
+        samples = choose_samples(head, model.modes, basis, count)
+        energy.look_at(level, samples, state)
         if energy.trust.sum() < LEAST_SAMPLES:
+            if last:  # what was found is of the level before
+                energy.look_at(*last, state)
             break
+        last = level, samples
         if not taken:
             state = start_appearance(energy, state)
         state, residual, used = descend(energy, state, steps, options.level_tolerance)
         taken.append(used)
     if residual is None:
         return camera, shape, Photometry(start, 0.0, 0, 0.0, ())
-    total = energy.trust.sum()
+    total = max(energy.trust.sum(), 1.0)
     found = Photometry(
         appearance=state.appearance,
         residual=float((energy.trust * np.linalg.norm(residual, axis=1)).sum() / total),
