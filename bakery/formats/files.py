@@ -16,6 +16,7 @@ from bakery.errors import InputError
 LARGEST = 512 * 2**20  # bytes; the largest picture that is accepted, uncompressed, has less
 NEW = ".new-"  # how files begin that are not complete; short, whatever the name of the target
 OPEN_FILES = "/proc/self/fd/{}"  # of Linux: a file of this process, by its descriptor
+TRIES = 100  # to give a file its place while others do so too
 CANNOT_SYNC = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)  # what some network file systems say
 
 
@@ -114,8 +115,10 @@ def replacing(path: str | os.PathLike, sync: bool = True) -> Iterator[BinaryIO]:
             file.flush()
             if sync:
                 _sync(file.fileno())
+            if handle is not None and _placed(file, path):
+                return
             if handle is not None:
-                _give_name(file, temporary, sync)
+                _copy(file, temporary, sync)
         os.replace(temporary, path)
     except OSError as error:
         raise disk_error(path, error) from None
@@ -136,19 +139,43 @@ def _nameless(folder):
         raise
 
 
-def _give_name(file, path, sync):
-    """Give a file that has none a name; where the system refuses that, a copy of it."""
-    handle = file.fileno()
-    try:
-        # An absolute path needs no folder; with one, Python follows the link to the file.
-        os.link(OPEN_FILES.format(handle), path, src_dir_fd=handle)
-    except OSError:
-        file.seek(0)
-        with open(path, "xb") as copy:
-            shutil.copyfileobj(file, copy)
-            if sync:
-                copy.flush()
-                _sync(copy.fileno())
+def _placed(file, path):
+    """Give a file without a name the place of `path`; whether the system allows that.
+
+    For a moment it has another name, always the same: what a process left that was killed then, the next
+    one removes. If that one lives, it comes again with its own file, which is as complete.
+    """
+    named = path.parent / f"{NEW}{digest(os.fsencode(path.name))[:16]}"
+    for _ in range(TRIES):
+        try:
+            # An absolute path needs no folder; with one, Python follows the link to the file.
+            os.link(OPEN_FILES.format(file.fileno()), named, src_dir_fd=file.fileno())
+        except FileExistsError:
+            with contextlib.suppress(FileNotFoundError):
+                os.unlink(named)
+            continue
+        except OSError:
+            return False
+        try:
+            os.replace(named, path)
+        except FileNotFoundError:
+            continue
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(named)
+            raise
+        return True
+    return False
+
+
+def _copy(file, path, sync):
+    """Write what is in an open file to a new one."""
+    file.seek(0)
+    with open(path, "xb") as copy:
+        shutil.copyfileobj(file, copy)
+        if sync:
+            copy.flush()
+            _sync(copy.fileno())
 
 
 def sync_folder(folder: str | os.PathLike) -> None:

@@ -242,6 +242,34 @@ def test_a_killed_run_leaves_no_half_file(tmp_path):
     assert os.listdir(tmp_path) == []
 
 
+@nameless
+def test_a_name_left_by_a_killed_run_goes_with_the_next_file(tmp_path, monkeypatch):
+    """Killed between the two names: the campaign had it once in 1,204 kills."""
+
+    class Killed(BaseException):
+        pass
+
+    def killed(*_):
+        raise Killed
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "replace", killed)
+        patch.setattr(os, "unlink", killed)
+        with pytest.raises(Killed):
+            write_bytes(tmp_path / "a", b"first")
+    assert len(os.listdir(tmp_path)) == 1
+    write_bytes(tmp_path / "a", b"second")
+    assert os.listdir(tmp_path) == ["a"] and (tmp_path / "a").read_bytes() == b"second"
+
+
+@nameless
+def test_many_writers_of_one_file_leave_one_of_theirs(tmp_path):
+    texts = [str(number).encode() * 1000 for number in range(300)]
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(lambda text: write_bytes(tmp_path / "a", text, sync=False), texts))
+    assert os.listdir(tmp_path) == ["a"] and (tmp_path / "a").read_bytes() in texts
+
+
 @pytest.mark.skipif(os.name == "nt", reason="sends SIGKILL")
 def test_the_next_run_clears_away_the_scratch_of_a_killed_one(tmp_path, monkeypatch):
     killed(tmp_path, module="place", function="scratch", arguments="")
