@@ -22,6 +22,7 @@ QUICK = [
 ]  # fmt: skip
 OTHER = ["--set", "texture.complete=none"]  # another bundle of the same photo
 FRAMES = 4  # of the clip
+SMALLER = 0.4  # times the sample that the photo is
 
 
 @dataclass
@@ -188,6 +189,21 @@ def content(path: Path) -> str:
     return found.hexdigest()
 
 
+def undisturbed(command: Command, folder: Path) -> tuple[str, float]:
+    """What a command writes into a folder when nothing disturbs it, as `content`, and its seconds."""
+    end = run(command.line(folder), folder)
+    if end.code:
+        raise SystemExit(f"{command.name} does not run: {end.said}")
+    return content(folder / command.out), end.seconds
+
+
+def left_in(folder: Path, command: Command) -> list[str]:
+    """What lies in a command's folder, and among its temporary files, besides what it writes."""
+    left = {path.name for path in folder.iterdir()} - {command.out, "log", "tmp", "lost+found"}
+    left |= {f"tmp/{path.name}" for path in (folder / "tmp").iterdir()}
+    return sorted(left)
+
+
 def copied(source: Path, target: Path) -> None:
     (shutil.copytree if source.is_dir() else shutil.copy)(source, target)
 
@@ -223,7 +239,8 @@ class Inputs:
             import cv2
 
             sample = read_photo(ROOT / "samples" / "anna.jpg").encoded
-            small = cv2.resize(sample, None, fx=0.4, fy=0.4, interpolation=cv2.INTER_AREA)
+            area = cv2.INTER_AREA
+            small = cv2.resize(sample, None, fx=SMALLER, fy=SMALLER, interpolation=area)
             write_image(self.photo, small)
             half = self.folder / "half"
             half.mkdir(exist_ok=True)
@@ -243,50 +260,27 @@ class Inputs:
 
     def commands(self) -> list[Command]:
         """Those that the rows put under stress."""
-        photo, clip = str(self.photo), str(self.clip)
-        small = ["--size", "64", "--overwrite"]
-        film = self.folder / "take.csv"  # anything that is no film: replaced as one
+        photo, bundle, take, clip = map(str, (self.photo, self.bundle, self.take, self.clip))
+        to = ("--overwrite", "-o", "{out}")
+        film = ("--size", "64", *to)
+        farm = (
+            "-o",
+            str(self.folder / "avatars"),
+            "--format",
+            "make",
+            "--overwrite",
+            "--to",
+            "{out}",
+        )
+        # What lies in a film's place may be any file: it is replaced as one.
         return [
+            Command("build", ("build", photo, *QUICK, *to), "a.avatar", self.bundle),
+            Command("track", ("track", clip, "--rate", "25", *to), "t.csv", self.take),
+            Command("animate", ("animate", bundle, "--curves", take, *film), "f.webm", self.take),
             Command(
-                "build",
-                ("build", photo, *QUICK, "--overwrite", "-o", "{out}"),
-                "a.avatar",
-                self.bundle,
+                "perform", ("perform", bundle, clip, "--rate", "25", *film), "p.webm", self.take
             ),
-            Command(
-                "track",
-                ("track", clip, "--rate", "25", "--overwrite", "-o", "{out}"),
-                "t.csv",
-                self.take,
-            ),
-            Command(
-                "animate",
-                ("animate", str(self.bundle), "--curves", str(self.take), *small, "-o", "{out}"),
-                "f.webm",
-                film,
-            ),
-            Command(
-                "perform",
-                ("perform", str(self.bundle), clip, "--rate", "25", *small, "-o", "{out}"),
-                "p.webm",
-                film,
-            ),
-            Command(
-                "farm",
-                (
-                    "farm",
-                    photo,
-                    "-o",
-                    str(self.folder / "avatars"),
-                    "--format",
-                    "make",
-                    "--overwrite",
-                    "--to",
-                    "{out}",
-                ),
-                "jobs.mk",
-                film,
-            ),
+            Command("farm", ("farm", photo, *farm), "jobs.mk", self.take),
         ]
 
 

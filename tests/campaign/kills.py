@@ -6,7 +6,6 @@ that must give the bytes of an undisturbed run, and leave nothing else behind.
 
 import random
 import shutil
-import time
 from pathlib import Path
 
 import base
@@ -26,10 +25,7 @@ def run(inputs: base.Inputs, place: Path, count: int, lanes: int) -> base.Row:
     whole = {}
     for command in inputs.commands():
         folder = place / f"whole-{command.name}"
-        end = base.run(command.line(folder), folder)
-        if end.code:
-            raise SystemExit(f"{command.name} does not run: {end.said}")
-        whole[command.name] = (base.content(folder / command.out), end.seconds)
+        whole[command.name] = base.undisturbed(command, folder)
         shutil.rmtree(folder)
 
     def lane(number: int) -> base.Row:
@@ -39,7 +35,7 @@ def run(inputs: base.Inputs, place: Path, count: int, lanes: int) -> base.Row:
 
 
 def _lane(inputs, place, count, whole, seed):
-    row, began = base.Row("kill -9", MUST), time.monotonic()
+    row = base.Row("kill -9", MUST)
     by_command = {command.name: 0 for command in inputs.commands()}
     rng = random.Random(seed)
     while row.cases < count:
@@ -47,7 +43,6 @@ def _lane(inputs, place, count, whole, seed):
         killed = _series(row, command, place, *whole[command.name], rng)
         by_command[command.name] += killed
         row.cases += killed
-    row.seconds = time.monotonic() - began
     return row
 
 
@@ -78,8 +73,6 @@ def _series(row, command, place, new, seconds, rng):
         row.fail(
             f"{command.name}: the next run gives {end.code}, or other bytes: {end.said[-300:]}"
         )
-    left = {path.name for path in place.iterdir()} - {command.out, "log", "tmp"}
-    left |= {f"tmp/{path.name}" for path in (place / "tmp").iterdir()}
-    if left:
-        row.fail(f"{command.name}: left behind: {', '.join(sorted(left))}")
+    if left := base.left_in(place, command):
+        row.fail(f"{command.name}: left behind: {', '.join(left)}")
     return killed

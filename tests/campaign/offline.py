@@ -12,7 +12,6 @@ import runpy
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import base
@@ -35,7 +34,7 @@ def run(inputs: base.Inputs, place: Path, count: int | None = None) -> base.Row:
         place: a folder to work in.
         count: only so many commands, the first ones; then none is missed.
     """
-    row, began = base.Row("network", MUST), time.monotonic()
+    row = base.Row("network", MUST)
     place = place / "network"
     place.mkdir(parents=True)
     inside, traced = _inside(), shutil.which("strace") is not None
@@ -68,7 +67,6 @@ def run(inputs: base.Inputs, place: Path, count: int | None = None) -> base.Row:
     if count is None:
         for name in sorted(leaves() - {name for name, _ in lines} - LEFT_OUT.keys() - {""}):
             row.fail(f"{name}: a command that this row does not know")
-    row.seconds = time.monotonic() - began
     row.note = _note(inside, traced, seen)
     return row
 
@@ -239,7 +237,7 @@ def _extra_inputs(inputs: base.Inputs, place: Path) -> None:
         shutil.copy(inputs.photo, portraits / f"{name}.jpg")
     faces = json.loads((base.ROOT / "samples" / "anna.json").read_text())["faces"]
     points = np.float32([faces[0]["points"]] * 2)
-    points *= 0.4  # as base.Inputs shrinks the photo
+    points *= base.SMALLER
     names = ["portraits/one_neutral.jpg", "portraits/two_neutral.jpg"]
     np.savez(place / "points.npz", names=names, points=points)
     from bakery.heads.file import load_head

@@ -25,23 +25,20 @@ GOES_ON = 10  # of so many cuts one is followed by the next run
 
 def run(inputs: base.Inputs, place: Path, count: int) -> base.Row:
     """Copy the disk `count` times while bundles are baked on it."""
-    row, began = base.Row("power cut", MUST), time.monotonic()
+    row = base.Row("power cut", MUST)
     if lacks := _lacking(place):
         row.note = f"not run: needs {lacks}"
         return row
     command = inputs.commands()[0]
     whole = place / "whole"
-    end = base.run(command.line(whole), whole)
-    if end.code:
-        raise SystemExit(f"{command.name} does not run: {end.said}")
-    good = {base.content(command.old): "old", base.content(whole / command.out): "new"}
+    new, seconds = base.undisturbed(command, whole)
+    good = {base.content(command.old): "old", new: "new"}
     rng, number = random.Random(0), 0
     with _disk(place, "outer", OUTER, MAKE_OUTER, "") as outer:
         while row.cases < count:
             way = WAYS[number % len(WAYS)]
-            _bake(row, command, outer, way, good, end.seconds, rng, count)
+            _bake(row, command, outer, way, good, seconds, rng, count)
             number += 1
-    row.seconds = time.monotonic() - began
     return row
 
 
@@ -94,9 +91,8 @@ def _look(row, command, outer, good, when, goes_on):
         end = base.run(command.line(folder), folder)
         if end.code or good.get(base.content(folder / command.out)) != "new":
             row.fail(f"the next run gives {end.code}: {when}: {end.said[-300:]}")
-        left = {path.name for path in folder.iterdir()} - {command.out, "log", "tmp", "lost+found"}
-        if left:
-            row.fail(f"left behind: {', '.join(sorted(left))}: {when}")
+        if left := base.left_in(folder, command):
+            row.fail(f"left behind: {', '.join(left)}: {when}")
         return found
 
 
