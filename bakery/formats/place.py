@@ -174,7 +174,11 @@ def locked_folder(target: Path) -> Iterator[Path]:
     lock = None
     while lock is None:  # another run may clear a folder away before its lock is taken
         hidden = Path(tempfile.mkdtemp(prefix=prefix(target), dir=target.parent))
-        lock = take_lock(hidden)
+        try:
+            lock = take_lock(hidden)
+        except OSError:  # a full disk has room for a folder, but not for a file in it
+            shutil.rmtree(hidden, ignore_errors=True)
+            raise
     try:
         yield hidden
     finally:

@@ -1,6 +1,7 @@
 """Folders appear complete or not at all, whatever happens meanwhile."""
 
 import contextlib
+import errno
 import json
 import os
 import shutil
@@ -280,3 +281,13 @@ def test_a_hidden_folder_that_stays_is_told(tmp_path, monkeypatch, caplog):
     with place.locked_folder(tmp_path / "a.avatar") as hidden:
         (hidden / "bundle").mkdir()
     assert hidden.exists() and caplog.messages == [f"{hidden}: cannot be removed; remove it"]
+
+
+def test_a_disk_without_room_for_a_lock_keeps_no_folder(tmp_path, monkeypatch):
+    def full(lock, blocking):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(place.FileLock, "acquire", full)
+    with pytest.raises(InputError, match="a.avatar: cannot be written"):
+        make(tmp_path / "a.avatar")
+    assert os.listdir(tmp_path) == []
