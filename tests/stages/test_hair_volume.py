@@ -156,13 +156,15 @@ def test_long_hair_hangs_and_short_hair_does_not(made, head, fit):
     assert short.vertices[:, 1].min() > mesh.vertices[:, 1].min() + 5
 
 
-def test_hanging_hair_ends_in_one_line(made, head, fit):
-    """From behind: it was a comb of single cards below the cap."""
+def test_hanging_hair_ends_lock_by_lock_but_not_as_a_comb(made, head, fit):
+    """From behind: it was a comb of single cards below the cap, then a straight cut."""
     _, mesh = made
     behind = cameras.view(fit.camera, 180)
     cover = draw_hair(mesh, behind, np.full((SIDE, SIDE), np.inf))[:, 170:230, 3] > 0.5
     ends = SIDE - cover[::-1].argmax(0)
-    assert ends.std() < 2.5  # mm; strands end one by one
+    assert 2 < ends.std() < 6  # mm
+    assert np.median(ends) - ends.min() < 12  # no gap between locks goes up to the cap's end
+    assert np.abs(np.diff(ends)).mean() < 2.5  # locks, not strands
 
 
 def test_the_same_bytes_twice(made, head, fit):

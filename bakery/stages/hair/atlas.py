@@ -8,12 +8,15 @@ import numpy as np
 from bakery.geometry.fill import smoothstep
 from bakery.stages.hair.chart import COLUMNS
 from bakery.stages.hair.pattern import curl_alpha, strand_alpha, streaks
+from bakery.stages.hair.portrait import at
 from bakery.stages.hair.shell import in_the_air
 from bakery.stages.hair.strands import KNOTS
 
 CAP_PART = 0.3  # of the atlas's height
 GUTTER = 2  # texels around each card
 STRAND = 0.7  # mm, width of the strands that are made up
+PAST = 7.0  # mm that tips of a hem may go past the photo's outline
+CRISP = 0.3, 0.6  # of what the photo leaves of them: nothing, and all
 OBSERVED, INFERRED = 1, 3
 
 
@@ -95,14 +98,23 @@ def paint_cards(painter, layout, edges, cells, solid, wisps, texture, direction,
     if curl is not None:
         alpha += painter.curls.share * (curl_alpha(s, t, curl) - alpha)
     there = painter.shell.chart.take(painter.shell.there, place)
-    left *= smoothstep(0.3, 0.7, there + 0.25 * (ragged - 0.5))
+    hem = wisps.hem[card]
+    # Only backdrop cuts a hem off: what ends on clothes and skin ends in tips, not along the labels.
+    pixels, _ = painter.portrait.pixels(points)
+    backdrop = painter.portrait.inside(pixels) & at(painter.portrait.behind, pixels)
+    left = np.where(hem & ~backdrop, 1, left)
+    left = np.maximum(left, hem * painter.shell.chart.take(painter.shell.slits, place))
+    left *= np.maximum(smoothstep(0.3, 0.7, there + 0.25 * (ragged - 0.5)), hem)
     full = painter.shell.chart.take(painter.full, place)
     left *= smoothstep(0.0, 0.4, full - 0.6 * ragged)
     air = painter.shell.chart.take(in_the_air(painter.shell).astype(float), wisps.cells[:, -1])
     for n in np.flatnonzero(wisps.hem | (air > 0.5)):  # what is cut off a lock takes its tip too
         own = slice(first[n], first[n] + count[n])
         lock = left[own].reshape(layout.height[n], layout.width[n])
+        past = int(PAST * wisps.hem[n] / wisps.length[n] * len(lock))
+        lock = np.concatenate([np.repeat(lock[:1], past, 0), lock[: len(lock) - past]])
         left[own] = np.minimum.accumulate(lock, 0).reshape(-1)
+    left = np.where(hem, smoothstep(*CRISP, left), left)  # a tip that is half there is a haze
     alpha *= left
     row, column = layout.top[card] + y, layout.left[card] + x
     texture[row, column, :3] = color * alpha[:, None]

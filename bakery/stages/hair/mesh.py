@@ -31,6 +31,7 @@ ASIDE = (
 EARS = 85.0, 95.0  # degrees from the middle of the face, from which an ear stands before the skin
 TEMPLE = 9.0, 5.0  # rows below the equator from which hair beside the face hangs
 BESIDE = 3.0  # mm that the cap ends before a hairline beside the face: single hairs are drawn on the skin
+EVEN = 10.0  # mm beside its border in which it has no steps
 RISE = 8.0  # mm over which it rises from its border
 ENDS = 3  # rows above the end of hanging hair at which its core ends
 FINE, COARSE = (2, 2), (4, 4)  # rows and columns of the chart between the cap's vertices
@@ -96,6 +97,8 @@ def cap_surface(shell: Shell, portrait: Portrait) -> tuple[np.ndarray, np.ndarra
     shown = charts.smooth(shell.seen, 5.0) * (1 - aside)
     retreat = np.maximum(np.interp(shown, (0, 1), RETREAT), BESIDE * beside_face(shell, portrait))
     inner = charts.smooth(charts.distance_inside(there & ~np.isnan(share) & ~before), 4.0) - retreat
+    # Steps of it would be teeth of the border.
+    inner = charts.smooth(np.clip(inner, -EVEN, EVEN), 4.0) + np.maximum(inner - EVEN, 0)
     lowest = charts.smooth(cv2.erode(np.nan_to_num(share), np.ones((3, 3))), 4.0)
     out = shell.base + lowest * (shell.radius - shell.base) * smoothstep(0, RISE, inner)
     # A lobe that hair covers stays under it where the photo keeps the cap low beside.
@@ -215,7 +218,7 @@ def ribbons(
         thick = shell.chart.take(shell.radius - shell.base, at_)
         cut = smoothstep(*OUTLINE, np.abs(cameras.facing(edge, outward, camera)))
         over = (OVER[0] + (OVER[1] - OVER[0]) * cut) * smoothstep(2, 9, thick)
-        over = over * smoothstep(0, 0.35, t)
+        over = over * smoothstep(0, 0.35, t) * ~wisps.hem[:, None]  # a hem is not cut to shape
         edges.append(edge + outward * over[..., None])
         cells.append(at_)
     return np.stack(edges, 2), np.stack(cells, 2)

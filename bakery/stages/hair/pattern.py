@@ -5,9 +5,11 @@ import numpy as np
 from bakery.geometry.fill import smoothstep
 
 RAGGED, LONG = 0.3, 130.0  # of wisps so long, mm, so much has strands of different length
-HEM = 0.2  # the same of a hem's, whatever their length
+# mm that locks of a hem, and single strands in them, end before it; strands that a lock is wide.
+LOCKS, SINGLE, WIDE = 14.0, 4.0, 6.0
 ROOTS = 0.2  # of its length over which a card of a hem fades in
-POINTED = 0.4  # of its width that a wisp gets narrower to its tip
+# Of its width that a wisp gets narrower to its tip, and from where on; the same of a hem's.
+POINTED, HEM_POINTED = (0.4, 0.6), (0.5, 0.6)
 CARVED = 0.25  # of half a card's width that curls cut off its border, in the mean
 
 
@@ -66,16 +68,18 @@ def strand_alpha(
         s: [n] 0..1 across a card.
         solid: [n] 0..1: with no gaps at 1.
         length: [n] mm of the card.
-        hem: [n] bool: cards of a hem, which fade in over other hair and have strands of different length.
+        hem: [n] bool: cards of a hem, which fade in over other hair and end lock by lock.
     """
-    tip = 1 - np.where(hem, HEM, RAGGED * np.minimum(length / LONG, 1)) * ragged
-    ends = smoothstep(0.0, 0.12, tip - t)
+    locks = (LOCKS * _smooth_hash(card, across / WIDE, 10) + SINGLE * ragged) / length
+    tip = 1 - np.where(hem, locks, RAGGED * np.minimum(length / LONG, 1) * ragged)
+    ends = smoothstep(0.0, np.where(hem, SINGLE / length, 0.12), tip - t)
     rooted = 0.12 * _smooth_hash(card, across * 1.3, 6)
     begins = smoothstep(0.0, np.where(hem, ROOTS, 0.05), t - rooted)
     edge = np.abs(2 * s - 1)
+    pointed, first = (np.where(hem, *pair) for pair in zip(HEM_POINTED, POINTED))
     inner = (
         1
-        - POINTED * smoothstep(0.6, 1.0, t)
+        - pointed * smoothstep(first, 1.0, t)
         - 0.5 * _smooth_hash(card, t * 6 + 40 * (s > 0.5), 7)
         - 0.25 * ragged
     )

@@ -38,7 +38,7 @@ HOLE = 24  # cells: smaller gaps in hair are none
 EAR = 3.0  # mm off the skull: ears
 LOBE = 3.0  # mm that an ear stands off the skull, where hair that covers it goes on to its end
 EAR_ROWS = -8, 24  # rows below the equator between which ears are
-ENDS = 4  # rows that it goes on below it
+ENDS = 2  # rows that it goes on below it
 SKIN = 3.0  # mm over which what the photo shows on the skin is gathered
 BIT = 0.1  # of the largest piece of hair: smaller ones are none
 

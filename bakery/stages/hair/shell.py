@@ -41,7 +41,10 @@ LOW = 25.0  # mm below that, from where on only a lobe is seen, which hair that 
 PIERCED = 4.0  # mm that an ear stands off the skull
 LOBES = slice(DOME + 10, DOME + 14)  # rows of the chart beside them
 OFF = 18.0  # mm off the skin from which hair hangs
-AIR = 12.0  # mm off the skin from which its tips are in the air
+AIR, AIR_BARE = (
+    12.0,
+    4.0,
+)  # mm off the skin from which its tips are in the air: off scalp, and off the rest
 FREE = 22  # rows below the equator from which all of them are
 PLAIN = 5.0  # mm that hair stands off an unseen skull at least
 NAPE, SHORTER = (-5.0, 70.0), 0.8  # mm below the equator over which short hair gets so much shorter
@@ -96,7 +99,8 @@ def in_the_air(shell: Shell) -> np.ndarray:
     """Where hair that ends has its tips in the air, not on the skin: [ROWS, COLUMNS] bool."""
     down = charts.grid()[..., 1] - DOME
     off = np.maximum(shell.radius, shell.base) - shell.chart.skull
-    found: np.ndarray = ((off > AIR) & (down > 4)) | (down > FREE)
+    free = np.where(shell.growth < 0.3, AIR_BARE, AIR)
+    found: np.ndarray = ((off > free) & (down > 4)) | (down > FREE)
     return found
 
 

@@ -14,7 +14,8 @@ TRIES = 3000  # places at which wisps are begun, of which few are taken
 SHORTEST = 10.0  # mm
 HEM = 8.0  # mm between wisps along the line on which hanging hair ends
 HEM_WIDER = 1.6  # times the width of others that they have: they close the line
-HEM_LENGTH = 36.0, 52.0  # mm that they are long
+HEM_LENGTH = 36.0, 52.0  # mm that they are long above it
+TIP = 3.0, 16.0  # mm that they go on below it: it is no line then
 # How far out wisps lie, from below to above; a hem's in the first two by turns.
 LAYERS = 0.55, 0.8, 1.0
 
@@ -58,8 +59,10 @@ def grow(
     starts = np.concatenate([tips, starts])
     reach = np.concatenate([rng.uniform(*HEM_LENGTH, len(tips)), reach])
     above = np.concatenate([reach[: len(tips)], above])
-    up = _trace(shell, flow, starts, -1, steps, above)
-    down = _trace(shell, flow, starts, 1, steps, reach - up[1])
+    hem = np.arange(len(starts)) < len(tips)
+    up = _trace(shell, flow, starts, -1, steps, above, np.zeros_like(hem))
+    below = np.where(hem, rng.uniform(*TIP, len(starts)), reach - up[1])
+    down = _trace(shell, flow, starts, 1, steps, below, hem)
     lines = np.concatenate([up[0][:, :0:-1], down[0]], 1)
     first, last = steps - up[2], steps + down[2]
     at = first[:, None] + (last - first)[:, None] * np.linspace(0, 1, KNOTS)
@@ -72,11 +75,10 @@ def grow(
     points = points[chosen]
     cells, _ = shell.chart.cell(points)
     wide = width * rng.uniform(0.8, 1.25, len(chosen))
-    hem = chosen < len(tips)
-    wide[hem] *= HEM_WIDER
+    wide[hem[chosen]] *= HEM_WIDER
     return Wisps(
         points.astype(np.float32), cells.astype(np.float32), wide.astype(np.float32),
-        length[chosen].astype(np.float32), layer.astype(np.float32), hem,
+        length[chosen].astype(np.float32), layer.astype(np.float32), hem[chosen],
     )  # fmt: skip
 
 
@@ -112,8 +114,12 @@ def _hem(shell):
     return shell.surface(np.array(found), 1.0)
 
 
-def _trace(shell, flow, starts, sign, steps, reach):
-    """Follow the flow from `starts`: lines [n, steps + 1, 3], lengths mm and steps [n]."""
+def _trace(shell, flow, starts, sign, steps, reach, over):
+    """Follow the flow from `starts`: lines [n, steps + 1, 3], lengths mm and steps [n].
+
+    Args:
+        over: [n] bool, those that go on where no hair is.
+    """
     point, alive = starts.copy(), np.ones(len(starts), bool)
     out, taken = [point], np.zeros(len(starts), int)
     for k in range(steps):
@@ -123,7 +129,7 @@ def _trace(shell, flow, starts, sign, steps, reach):
         ahead, _ = shell.chart.cell(point + sign * PACE * heading)
         ahead[:, 1] = np.clip(ahead[:, 1], 0, ROWS)
         here = shell.chart.take(shell.there, ahead)
-        alive = alive & (here > 0.45) & (PACE * (k + 1) <= reach)
+        alive = alive & ((here > 0.45) | over) & (PACE * (k + 1) <= reach)
         point = np.where(alive[:, None], shell.surface(ahead, 1.0), point)
         taken += alive
         out.append(point)
