@@ -27,8 +27,11 @@ class BundleError(BakeryError):
     """A bundle is incomplete, damaged or unsafe."""
 
 
-# What libraries say, who have errors of their own for it: OpenCV, C++, torch, oneDNN.
-NO_MEMORY = ("Insufficient memory", "bad_alloc", "allocate memory", "could not create a primitive")
+# What libraries say, who have errors of their own for it: OpenCV, C++, torch, oneDNN, safetensors (a panic).
+NO_MEMORY = (
+    "Insufficient memory", "bad_alloc", "allocate memory", "could not create a primitive",
+    "PyObject pointer is null",
+)  # fmt: skip
 
 
 def lacks_memory(error: BaseException | None) -> bool:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery.errors import ModelError
+from bakery.errors import ModelError, lacks_memory
 
 
 @contextlib.contextmanager
@@ -15,6 +15,7 @@ def reading(what: str, path: Path, remedy: str) -> Iterator[None]:
 
     Raises:
         ModelError: it is missing or damaged, or an array is missing or has a wrong shape (ValueError).
+        MemoryError: there is not enough.
     """
     from safetensors import SafetensorError
 
@@ -22,6 +23,10 @@ def reading(what: str, path: Path, remedy: str) -> Iterator[None]:
         yield
     except (OSError, SafetensorError, KeyError, ValueError) as error:
         raise ModelError(f"{what} {path} cannot be read ({error}); {remedy}") from error
+    except BaseException as error:
+        if lacks_memory(error):  # safetensors panics then, in Rust: that is no Exception
+            raise MemoryError from error
+        raise
 
 
 def write_tensors(arrays: Mapping[str, np.ndarray], path: Path) -> None:

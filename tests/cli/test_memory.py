@@ -7,6 +7,7 @@ import pytest
 from bakery.bake import doctor
 from bakery.errors import lacks_memory
 from bakery.formats import exr
+from bakery.formats.tensors import reading
 
 
 def chained(error, cause):
@@ -54,3 +55,15 @@ def test_openexr_without_memory(tmp_path, monkeypatch):
     with pytest.raises(MemoryError):
         exr.write_exr(tmp_path / "a.exr", {"a": np.zeros((4, 4, 3), np.float16)})
     assert not list(tmp_path.iterdir())
+
+
+def test_a_panic_of_safetensors_is_lack_of_memory(tmp_path):
+    """It is no Exception, so nothing but this would stop it."""
+
+    class PanicException(BaseException):
+        pass
+
+    with pytest.raises(MemoryError), reading("basis", tmp_path, "reinstall bakery"):
+        raise PanicException("PyObject pointer is null")
+    with pytest.raises(KeyboardInterrupt), reading("basis", tmp_path, "reinstall bakery"):
+        raise KeyboardInterrupt
