@@ -37,7 +37,9 @@ class Row:
     note: str = ""
 
     def fail(self, text: str) -> None:
+        """Note what broke; said at once, since a row may take hours."""
         self.failures.append(text)
+        print(f"{self.name}: {text}", flush=True)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,8 @@
 
 An LD_PRELOAD library of our own, faults.c, counts calls and lets one of them fail. It must be there when
 a process begins, so an interpreter of its own runs the row; it imports everything, and the library is
-armed in each fork of it, before the command begins: importing is not under test.
+armed in each fork of it, before the command begins: importing is not under test. Calls about files and
+allocations are two rows.
 
 File calls count if they are about the case's folder, which holds copies of photo and old bundle, the
 output and the temporary files. Allocations count from 256 KiB on: smaller ones are hundreds of thousands,
@@ -40,8 +41,11 @@ from pathlib import Path
 
 import base
 
-NAME = "failing calls"
-MUST = "every file call of a small bake, and a large allocation of each place: 0 torn, 0 tracebacks"
+CALLS, MEMORY = "failing calls", "failing allocations"
+MUST = {
+    CALLS: "every file call of a small bake: 0 torn, 0 tracebacks",
+    MEMORY: "a large allocation of each place of a small bake: 0 torn, 0 tracebacks",
+}
 KINDS = {  # in the order of faults.c, and what each fails with; "create" is opening for writing
     "read": errno.EIO, "open": errno.EIO, "write": errno.ENOSPC, "create": errno.ENOSPC,
     "rename": errno.EIO, "fsync": errno.EIO, "mkdir": errno.ENOSPC, "unlink": errno.EIO,
@@ -77,11 +81,12 @@ class Result:
 
 
 def run(
-    inputs: base.Inputs, place: Path, lanes: int, step: int = 1, seconds: float | None = None
+    name: str, inputs: base.Inputs, place: Path, lanes: int, seconds: float | None = None
 ) -> base.Row:
-    """Let every `step`-th call of each kind fail once.
+    """Let every call of the row fail once.
 
     Args:
+        name: CALLS or MEMORY.
         place: a folder to work in.
         lanes: how many bakes run side by side.
         seconds: begin no case after so many. Cases are shuffled: those that were run are a fair sample.
@@ -90,9 +95,9 @@ def run(
     try:
         library = build(place)
     except FileNotFoundError:
-        return base.Row(NAME, MUST, note="skipped: there is no cc")
+        return base.Row(name, MUST[name], note="skipped: there is no cc")
     asked = place / "asked.pickle"
-    asked.write_bytes(pickle.dumps((inputs, place, lanes, step, seconds)))
+    asked.write_bytes(pickle.dumps((name, inputs, place, lanes, seconds)))
     again(library, ["--row", asked])
     return pickle.loads(asked.read_bytes())
 
@@ -182,8 +187,8 @@ def wrong(result: Result, call: Call, old: str, new: str) -> list[str]:
     if state not in ("old", "new") or (end.code == 0 and state == "old"):
         found.append(f"the bundle is {state}, exit code {end.code}")
     left = [name for name in result.left if end.code == 0 or NEW in name or not WORK.match(name)]
-    # What cannot be removed stays; shutil.rmtree opens folders too.
-    if left and call[0] != "unlink" and "shutil.py" not in result.where:
+    # What cannot be removed stays; shutil.rmtree opens folders too. A signal leaves what kill -9 leaves.
+    if left and call[0] != "unlink" and "shutil.py" not in result.where and not died(result, call):
         found.append(f"left behind: {', '.join(left[:5])}")
     return found
 
@@ -218,16 +223,22 @@ class Trial:
             raise SystemExit(f"the bake does not run: {whole.end.said} {whole.left}")
         self.new, self.counts, self.seconds = whole.bundle, whole.counts, whole.end.seconds
 
-    def calls(self) -> list[Call]:
+    def calls(self, kinds: Sequence[str]) -> list[Call]:
         """What is to fail: every file call, and a large allocation of each place in the code."""
         numbers = {kind: list(range(1, count + 1)) for kind, count in self.counts.items()}
-        bench = Bench(self.inputs, self.place / "listed")
-        bench.bake(list_calls=True)
-        numbers["malloc"] = first_of_places(bench.lines.read_text("utf-8", "replace"))
-        return [(kind, number) for kind in KINDS for number in numbers[kind]]
+        if "malloc" in kinds:
+            bench = Bench(self.inputs, self.place / "listed")
+            bench.bake(list_calls=True)
+            numbers["malloc"] = first_of_places(bench.lines.read_text("utf-8", "replace"))
+        return [(kind, number) for kind in kinds for number in numbers[kind]]
 
     def row(
-        self, calls: Sequence[Call], lanes: int, seconds: float | None = None, tell: bool = False
+        self,
+        name: str,
+        calls: Sequence[Call],
+        lanes: int,
+        seconds: float | None = None,
+        tell: bool = False,
     ) -> base.Row:
         """Try calls, side by side."""
         began = time.monotonic()
@@ -236,7 +247,10 @@ class Trial:
         deaths = (LONG * lanes).from_buffer(mmap.mmap(-1, 8 * lanes))
 
         def lane(number: int) -> base.Row:
-            row, bench = base.Row(NAME, MUST), Bench(self.inputs, self.place / f"lane-{number}")
+            row, bench = (
+                base.Row(name, MUST[name]),
+                Bench(self.inputs, self.place / f"lane-{number}"),
+            )
             for call in calls[number::lanes]:
                 if seconds is not None and time.monotonic() - began > seconds:
                     break
@@ -260,10 +274,9 @@ class Trial:
 
         row = base.in_lanes(lane, lanes)
         missed = sum(tried) - row.cases
-        row.note = (
-            f"{sum(tried)} of {len(calls)} calls tried, {missed} of them not reached; "
-            f"{sum(deaths)} ended by a signal in a library that got no memory"
-        )
+        row.note = f"{sum(tried)} of {len(calls)} tried, {missed} of them not reached"
+        if sum(deaths):
+            row.note += f"; {sum(deaths)} ended by a signal in a library that got no memory"
         return row
 
 
@@ -282,17 +295,17 @@ def main() -> None:
         return
     base.load()
     if asked.row:
-        inputs, place, lanes, step, seconds = pickle.loads(asked.row.read_bytes())
+        name, inputs, place, lanes, seconds = pickle.loads(asked.row.read_bytes())
         trial = Trial(inputs, place)
-        calls = trial.calls()[::step]
+        calls = trial.calls([kind for kind in KINDS if (kind == "malloc") == (name == MEMORY)])
         random.Random(0).shuffle(calls)
-        asked.row.write_bytes(pickle.dumps(trial.row(calls, lanes, seconds)))
+        asked.row.write_bytes(pickle.dumps(trial.row(name, calls, lanes, seconds)))
         return
     trial = Trial(base.Inputs(asked.place / "inputs").make(), asked.place)
     words = asked.only or list(KINDS)
     kinds = [word for word in words if word in KINDS]
     calls = [(kinds[0], int(word)) for word in words if word not in KINDS]
-    calls = calls or [call for call in trial.calls() if call[0] in kinds]
+    calls = calls or trial.calls(kinds)
     if asked.count:
         places = sum(kind == "malloc" for kind, _ in calls)
         print(f"one bake, {trial.seconds:.1f} s: {trial.counts}; malloc in {places} places")
@@ -300,7 +313,7 @@ def main() -> None:
     if asked.of:
         some = [[call for call in calls if call[0] == kind] for kind in kinds]
         calls = [call for each in some for call in each[:: max(1, -(-len(each) // asked.of))]]
-    row = trial.row(calls, 1, tell=True)
+    row = trial.row(CALLS, calls, 1, tell=True)
     print(f"{row.cases} cases in {row.seconds:.0f} s, {len(row.failures)} failures; {row.note}")
     print("\n".join(row.failures))
 
