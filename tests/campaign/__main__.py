@@ -68,7 +68,7 @@ def rows(inputs, place, lanes, share):
 
 def say(row):
     print(
-        f"{row.name:18} {row.cases:7} cases  {len(row.failures):4} failures  {row.seconds:7.0f} s  {row.note}"
+        f"{row.name:19} {row.cases:7} cases  {len(row.failures):4} failures  {row.seconds:7.0f} s  {row.note}"
     )
     sys.stdout.flush()
 
