@@ -21,7 +21,7 @@ def list_(as_json):
     \b
     bakery heads list
     """
-    from bakery.heads.file import BUILT_IN, list_heads
+    from bakery.heads.file import BUILT_IN, list_heads, user_folder
 
     known = {
         name: {"path": str(path), "built_in": path.parent == BUILT_IN}
@@ -32,6 +32,7 @@ def list_(as_json):
         return
     for name, about in known.items():
         click.echo(f"{name:16} {'built in' if about['built_in'] else about['path']}")
+    click.echo(f"imported ones are in {user_folder()} (BAKERY_HEADS)", err=True)
 
 
 @heads.command(cls=options.Command)

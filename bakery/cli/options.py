@@ -113,7 +113,7 @@ frame = click.option(
     type=click.IntRange(0),
     is_flag=False,
     flag_value=0,
-    help="Take this frame of an animated picture, from 0; without a number the first.",
+    help="Take this frame of an animated picture, from 0; 0 if no number follows.",
 )
 
 

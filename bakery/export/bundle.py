@@ -104,8 +104,9 @@ def check_manifest(folder: str | os.PathLike) -> tuple[dict, list[str], list[str
     """
     path = Path(folder) / MANIFEST
     if not os.path.lexists(path):
+        lacks = f"it has no {MANIFEST}" if os.path.lexists(folder) else "there is nothing"
         raise BundleError(
-            f"{folder}: no bundle (it has no {MANIFEST}); give the folder that `bakery build` made"
+            f"{folder}: no bundle ({lacks}); give the folder that `bakery build` made"
         )
     data = read_bytes(path, record.LARGEST_JSON)
     manifest = record.parse(path, data)

@@ -233,7 +233,10 @@ def read_sound(path, kind, folder=None):
         if sound is not None and kind != ".webm":
             raise InputError(f"{path}: its sound fits into .webm only; {INSTEAD}")
         return sound
-    raise InputError(f"{path}: sound is taken from MP4, MOV and WebM; convert it")
+    raise InputError(
+        f"{path}: sound is taken from MP4, MOV and WebM; convert it, or "
+        "pip install 'bakery[video]' to read any kind"
+    )
 
 
 def _sounds(path):
