@@ -1,7 +1,7 @@
 """Minimum cut of a graph whose edges work both ways.
 
 `minimum_cut` grows a tree from each terminal and keeps both between augmentations; it compiles once with
-numba. The tests hold its cuts to the maximum flow that scipy finds, which is not needed to run.
+numba. The tests hold its cuts to the maximum flow that scipy finds.
 
 References:
     Boykov and Kolmogorov, "An Experimental Comparison of Min-Cut/Max-Flow Algorithms for Energy

@@ -315,7 +315,6 @@ def main() -> None:
         calls = [call for each in some for call in each[:: max(1, -(-len(each) // asked.of))]]
     row = trial.row(CALLS, calls, 1, tell=True)
     print(f"{row.cases} cases in {row.seconds:.0f} s, {len(row.failures)} failures; {row.note}")
-    print("\n".join(row.failures))
 
 
 if __name__ == "__main__":

@@ -92,13 +92,11 @@ def paint_cards(painter, layout, edges, cells, solid, wisps, texture, direction,
     streak, ragged = streaks(card, across, t)
     curl = painter.curled(points, place)
     color, shown, left = painter.color(points, place, streak, curl)
-    alpha = strand_alpha(
-        card, s, across, t, ragged, solid[card], wisps.length[card], wisps.hem[card]
-    )
+    hem = wisps.hem[card]
+    alpha = strand_alpha(card, s, across, t, ragged, solid[card], wisps.length[card], hem)
     if curl is not None:
         alpha += painter.curls.share * (curl_alpha(s, t, curl) - alpha)
     there = painter.shell.chart.take(painter.shell.there, place)
-    hem = wisps.hem[card]
     # Only backdrop cuts a hem off: what ends on clothes and skin ends in tips, not along the labels.
     pixels, _ = painter.portrait.pixels(points)
     backdrop = painter.portrait.inside(pixels) & at(painter.portrait.behind, pixels)

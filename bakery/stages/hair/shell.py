@@ -41,10 +41,8 @@ LOW = 25.0  # mm below that, from where on only a lobe is seen, which hair that 
 PIERCED = 4.0  # mm that an ear stands off the skull
 LOBES = slice(DOME + 10, DOME + 14)  # rows of the chart beside them
 OFF = 18.0  # mm off the skin from which hair hangs
-AIR, AIR_BARE = (
-    12.0,
-    4.0,
-)  # mm off the skin from which its tips are in the air: off scalp, and off the rest
+# mm off the skin from which its tips are in the air: off scalp, and off skin that it does not grow on.
+AIR, AIR_BARE = 12.0, 4.0
 FREE = 22  # rows below the equator from which all of them are
 PLAIN = 5.0  # mm that hair stands off an unseen skull at least
 NAPE, SHORTER = (-5.0, 70.0), 0.8  # mm below the equator over which short hair gets so much shorter
