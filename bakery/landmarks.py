@@ -47,6 +47,15 @@ BROW_RIGHT = np.array([70, 63, 105, 66, 107, 55, 65, 52, 53, 46])
 BROW_LEFT = np.array([300, 293, 334, 296, 336, 285, 295, 282, 283, 276])
 BROWS = np.concatenate([BROW_RIGHT, BROW_LEFT])
 
+# Nose, from between the eyes to its base, with wings and nostrils.
+NOSE = np.array(
+    [168, 6, 197, 195, 5, 4, 1, 19, 94, 2,
+     3, 51, 45, 44, 131, 198, 236, 115, 220, 48, 49, 102, 129, 64, 98, 97,
+     248, 281, 275, 274, 360, 420, 456, 344, 440, 278, 279, 331, 358, 294, 327, 326]
+)  # fmt: skip
+# On plain skin, where no edge or fold marks them.
+PLAIN = np.setdiff1d(np.arange(FACE), np.concatenate([*EYES, BROWS, LIPS, NOSE]))
+
 
 def face_size(points: np.ndarray) -> np.ndarray:
     """Distance of the outer eye corners of points [.., L, 2]: the unit of landmark errors."""

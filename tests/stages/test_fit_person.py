@@ -135,7 +135,8 @@ def test_one_photo_twice_is_refused(head):
 def test_two_people_are_told_of(head, caplog):
     first = face(head, neutral_of(head, 0), name="1")
     second = face(head, neutral_of(head, 0), SMILE, yaw=10, name="2")
-    other = face(head, neutral_of(head, 8, bend=2.5), name="3")
+    # 0.033 apart. Bends drawn at random move plain skin to a side too, which is not believed.
+    other = face(head, neutral_of(head, 8, bend=3), name="3")
     fits = fit_person(["a.jpg", "b.jpg"], [first, second], head, BAKING)
     assert not caplog.records and fits[0].head_sha256 == head.digest
     fit_person(["a.jpg", "c.jpg"], [first, other], head, BAKING)

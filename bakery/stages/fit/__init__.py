@@ -13,8 +13,9 @@ from bakery.geometry import harmonics
 from bakery.heads.base import HeadModel, look
 from bakery.memo import once_per_object
 from bakery.settings import Settings, setting
+from bakery.stages.fit import sideways
 from bakery.stages.fit.albedo import load_albedo
-from bakery.stages.fit.diagnostics import diagnose
+from bakery.stages.fit.diagnostics import diagnose, head_angles
 from bakery.stages.fit.gaze import fit_gaze
 from bakery.stages.fit.landmarks import LandmarkModel, Shape, Weights, fit_points
 from bakery.stages.fit.lips import seam_offsets
@@ -143,7 +144,7 @@ def fit(
     points, confidence = shot.points, shot.confidence
     camera, shape = landmark_fit(head, model, shot.start(model), shape, points, confidence, options)
     camera, shape, found = colour_fit(head, model, camera, shape, face, options)
-    residual, left = landmark_residuals(head, model, camera, shape, points, confidence)
+    residual, left = landmark_residuals(head, model, camera, shape, points, confidence, options)
     if not options.warp:
         residual = np.zeros((marks.FACE, 3))
     fitted = _fit_of(head, face, camera, shape, residual, left, found)
@@ -174,6 +175,9 @@ def fit_together(
     begin = time.perf_counter()
     shots, sources = zip(*(shot_of(face, options) for face in faces))
     model = landmark_model(head, options.modes)
+    turns = [head_angles(shot.start(model))[0] for shot in shots]
+    share = sideways.share_of(turns, options.weights.sideways)
+    options = replace(options, weights=replace(options.weights, sideways=share))
     identity = solve_identity(model, shots, options.weights)
     person = Person(model, identity)
     rest = Shape(identity, np.zeros(len(EXPRESSIONS)))
@@ -191,6 +195,7 @@ def fit_together(
     if options.warp:
         sure = [shot.confidence for shot in shots]
         moves = shared_moves(wanted, moved, sure, [camera for camera, _, _ in found])
+        moves = sideways.believed(moves, model.twin, options.weights.sideways)
         most = np.max(sure, 0)[: marks.FACE]
         residual = unfolded_residual(head, head.neutral(identity), moves, most)
     warped = Person(model, identity, residual)
@@ -287,7 +292,7 @@ def landmark_fit(head, model, camera, shape, points, confidence, options):
     return camera, shape
 
 
-def landmark_residuals(head, model, camera, shape, points, confidence):
+def landmark_residuals(head, model, camera, shape, points, confidence, options):
     """What the linear model leaves at the landmarks.
 
     A landmark moves parallel to the image plane, since the photo says nothing about depth.
@@ -297,5 +302,6 @@ def landmark_residuals(head, model, camera, shape, points, confidence):
     """
     seam = seam_offsets(model.rest, points)
     wanted, miss = misses(model.points(shape) + seam, points[: marks.FACE], camera)
+    wanted = sideways.believed(wanted, model.twin, options.weights.sideways)
     reference = head.neutral(shape.identity)
     return unfolded_residual(head, reference, wanted, confidence[: marks.FACE]), miss

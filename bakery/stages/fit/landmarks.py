@@ -12,6 +12,7 @@ from bakery.geometry import rotation
 from bakery.geometry.solve import minimize_partly_bounded
 from bakery.settings import Settings, setting
 from bakery.stages.fit import expressions as groups
+from bakery.stages.fit import sideways
 from bakery.stages.fit.lips import LOWER, UPPER, lip_rows, seam_offsets
 from bakery.types import Camera
 
@@ -46,6 +47,10 @@ class Weights(Settings):
     width: float = setting(3.0, "of the mouth's width, beside its corners", *WEIGHT)
     rest: float = setting(
         30.0, "prior per squared mm by which identity opens the lips at rest", *WEIGHT
+    )
+    # What it is for: `sideways`. The share was found on portraits (docs/log-fit.md).
+    sideways: float = setting(
+        0.17, "share of how far landmarks on plain skin lie to a side that is believed", 0, 1
     )
     outlier: float = setting(
         0.03, "Huber threshold of landmarks", 1e-4, 10, unit="outer-eye-corner distances"
@@ -87,6 +92,7 @@ class LandmarkModel:
         columns = np.concatenate([identity, expression[groups.FITTED]])
         self.columns = np.ascontiguousarray(columns.transpose(1, 2, 0))  # [468, 3, I + E']
         self.modes = len(identity)
+        self.twin = sideways.twins(head)
         self.opens = (identity[:, UPPER, 1] - identity[:, LOWER, 1]).T  # [9, I] mm, of the lips
         self.identity = identity.reshape(self.modes, -1)  # [I, 468 * 3]
         self.expression = expression.reshape(len(expression), -1)  # [E, 468 * 3]
@@ -148,6 +154,7 @@ class Seen:
     confidence: np.ndarray  # [468] 0..1
     root: np.ndarray  # [468, 2, 2] square-root weights: the contour may slide, lips count more
     seam: np.ndarray  # [468, 3] mm, see `lips.seam_offsets`
+    aside: np.ndarray  # [2] unit vector from the right eye to the left
     size: float  # outer-eye-corner distance, pixels
 
 
@@ -159,7 +166,9 @@ def see(model, points, confidence, weights):
     root *= np.sqrt(2 * weights.landmark / (root**2).sum())
     root[marks.LIPS] *= np.sqrt(weights.lips)
     seam = seam_offsets(model.rest, points)
-    return Seen(points, confidence, root, seam, float(marks.face_size(points)))
+    right, left = points[marks.EYE_CORNERS]
+    size = float(marks.face_size(points))
+    return Seen(points, confidence, root, seam, (left - right) / max(size, 1e-9), size)
 
 
 def landmark_residual(model, camera, shape, points, seam=0.0):
@@ -231,6 +240,10 @@ def landmark_terms(model, camera, shape, seen, weights):
     """
     residual, jacobian = landmark_residual(model, camera, shape, seen.points, seen.seam)
     lip_residual, lip_jacobian = lip_rows(residual, jacobian, seen, weights)
+    residual, jacobian = (
+        sideways.believed(each, model.twin, weights.sideways, seen.aside)
+        for each in (residual, jacobian)
+    )
     root = seen.root / seen.size
     length = np.linalg.norm(residual, axis=1) / seen.size
     huber = np.sqrt(np.minimum(1, weights.outlier / np.maximum(length, 1e-12)))  # IRLS

@@ -66,7 +66,7 @@ class Person:
             offsets: [468, 3] mm, where this person's landmarks lie besides.
         """
         moved = identity[: model.modes] @ model.identity
-        self.rest, self.opens = model.rest, model.opens[:, :0]
+        self.rest, self.opens, self.twin = model.rest, model.opens[:, :0], model.twin
         self.mean = model.mean + moved.reshape(-1, 3) + offsets
         self.columns = np.ascontiguousarray(model.columns[:, :, model.modes :])
         self.expression = model.expression
