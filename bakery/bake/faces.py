@@ -49,8 +49,8 @@ def find_faces(
         found = [replace(face, maker=maker) for face in detect_faces(photo.encoded, finder)]
     if not found:
         raise InputError(
-            f"{path}: no face found; give a photo of a face, upright and at least "
-            f"{SMALLEST_FACE} pixels large"
+            f"{path}: no face found; needed is one that is upright, seen with both eyes, lit, and "
+            f"at least {SMALLEST_FACE} pixels large"
         )
     return photo, found
 

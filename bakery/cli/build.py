@@ -108,8 +108,10 @@ def build(
         options.may_bake(asked[0].output, asked[0].overwrite)
     options.may_go_on(request["work"], marks=("lock", "*.key"))
     if dry_run:
-        for one in asked:
-            click.echo(pipeline.describe(one))
+        if several:
+            _describe(asked)
+        else:
+            click.echo(pipeline.describe(asked[0]))
         return
     steps = plan(chosen, read_targets(common.expressions), common.generator)
     if several:
@@ -120,6 +122,27 @@ def build(
     if as_json:
         click.echo(batch.as_json(outcome))
     options.say(f"wrote {asked[0].output}: look at {asked[0].output / 'preview.png'}")
+
+
+def _describe(asked):
+    """Say what would become of several photos, as `_all` would bake them.
+
+    Raises:
+        InputError: some would fail.
+    """
+    from bakery.bake import batch, pipeline
+    from bakery.errors import BakeryError, InputError
+
+    failed = 0
+    for one in asked:
+        try:
+            fresh = batch.is_fresh(one)
+            click.echo(batch.fresh(one).line() if fresh else pipeline.describe(one))
+        except BakeryError as error:
+            failed += 1
+            options.say(f"{one.photo}: would fail: {str(error).removeprefix(f'{one.photo}: ')}")
+    if failed:
+        raise InputError(f"{failed} of {len(asked)} portraits would fail; see above")
 
 
 def _tell_fresh(outcome, as_json):

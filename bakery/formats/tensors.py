@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from bakery.errors import ModelError, lacks_memory
+from bakery.formats.files import write_bytes
 
 
 @contextlib.contextmanager
@@ -29,8 +30,18 @@ def reading(what: str, path: Path, remedy: str) -> Iterator[None]:
         raise
 
 
-def write_tensors(arrays: Mapping[str, np.ndarray], path: Path) -> None:
-    """Write arrays as safetensors, which takes them in order alone."""
-    from safetensors.numpy import save_file
+def write_tensors(
+    arrays: Mapping[str, np.ndarray], path: Path, about: dict[str, str] | None = None
+) -> None:
+    """Write arrays as safetensors, which takes them in order alone.
 
-    save_file({key: np.ascontiguousarray(value) for key, value in arrays.items()}, path)
+    Args:
+        about: texts that the file carries besides.
+
+    Raises:
+        DiskError: see `files.write_bytes`.
+    """
+    from safetensors.numpy import save
+
+    ordered = {key: np.ascontiguousarray(value) for key, value in arrays.items()}
+    write_bytes(path, save(ordered, about))

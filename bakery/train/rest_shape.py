@@ -18,6 +18,7 @@ from bakery.bake.options import BuildOptions
 from bakery.formats.files import digest_file
 from bakery.formats.image import read_photo
 from bakery.formats.portraits import landmarks_of
+from bakery.formats.tensors import write_tensors
 from bakery.heads.base import HeadModel
 from bakery.stages.fit.rest import ACTIVE, ARRAYS, RestShape, presence, rest_moves
 from bakery.stages.texture import TextureOptions
@@ -188,11 +189,9 @@ def left_out_error(known: Pairs, head: HeadModel, options: ShapeOptions = DEFAUL
 
 def save(basis: RestShape, path: Path) -> None:
     """Write the basis as safetensors, what is large in half precision."""
-    from safetensors.numpy import save_file
-
     types = {"modes": np.float16, "by_residual": np.float16}
-    arrays = {name: np.ascontiguousarray(getattr(basis, name), types.get(name)) for name in ARRAYS}
-    save_file(arrays, path, {"head": basis.head})
+    arrays = {name: np.asarray(getattr(basis, name), types.get(name)) for name in ARRAYS}
+    write_tensors(arrays, path, {"head": basis.head})
 
 
 def model_card(basis: RestShape, metrics: dict, path: Path, commit: str) -> dict:

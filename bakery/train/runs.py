@@ -1,14 +1,15 @@
 """What all trainings share: options that stay, weights that are averaged, checkpoints, precision."""
 
 import json
-import os
 import time
 from dataclasses import asdict
 
 import torch
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file
+from safetensors.torch import save as save_tensors
 
 from bakery.errors import InputError
+from bakery.formats.files import write_bytes
 
 
 def keep_options(run, options, free=("steps",)):
@@ -52,16 +53,14 @@ def average(averaged, network, keep):
 
 
 def save_checkpoint(path, step, modules, optimizers):
-    """Write modules {name: Module} and Adam optimizers {name: Optimizer}, aside and then in place."""
+    """Write modules {name: Module} and Adam optimizers {name: Optimizer}, at once."""
     tensors = {"step": torch.tensor(step)}
     for name, module in modules.items():
         tensors |= {f"{name}.{k}": v.contiguous() for k, v in module.state_dict().items()}
     for name, optimizer in optimizers.items():
         for index, state in optimizer.state_dict()["state"].items():
             tensors |= {f"{name}.{index}.{k}": v.contiguous() for k, v in state.items()}
-    aside = path.with_suffix(".tmp")
-    save_file(tensors, aside)
-    os.replace(aside, path)
+    write_bytes(path, save_tensors(tensors))
 
 
 def load_checkpoint(path, modules, optimizers):

@@ -69,6 +69,17 @@ def test_fresh_bundles_are_skipped_and_stale_ones_need_overwrite(baked, bakery, 
     assert rows["ada.png"]["state"] == "fresh" and rows["bob.png"]["state"] == "baked"
 
 
+def test_a_dry_run_of_many_says_what_the_run_would_do(baked, bakery):
+    out, command, _ = baked
+    command = [1 if word == 2 else word for word in command]
+    done = bakery(*command, "-n")
+    assert done.returncode == 1 and "1 of 3 portraits would fail; see above" in done.stderr
+    assert "sky.png: would fail: " in done.stderr and "sky.json" in done.stderr
+    assert done.stdout.count(": is fresh") == 2 and "photo " not in done.stdout
+    done = bakery(*command, "-n", "--overwrite", "--set", "mask.resolution=64")
+    assert done.returncode == 1 and done.stdout.count("photo ") == 2, done.stderr
+
+
 def test_one_fresh_bundle_is_skipped_if_asked(baked, bakery, folder):
     """What a farm calls: once more is no error, but a stale bundle is."""
     out, _, _ = baked

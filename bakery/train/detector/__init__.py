@@ -6,14 +6,14 @@ stops the run. Pictures come from a bank (`bank`), which may still grow meanwhil
 """
 
 import json
-import os
 import time
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import torch
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file
+from safetensors.torch import save as save_tensors
 from torch import nn
 
 from bakery import landmarks as marks
@@ -21,6 +21,7 @@ from bakery.detectors import frames
 from bakery.detectors.blocks import CloseupNet, FinderNet, PointsNet, fold
 from bakery.detectors.closeups import SIDES
 from bakery.errors import InputError, ModelError
+from bakery.formats.files import write_bytes
 from bakery.settings import SEEDS, Settings, setting
 from bakery.train import runs
 from bakery.train.detector import bank, batches
@@ -259,9 +260,7 @@ def export(runs_by_name, path):
             tensors[f"{name}.{key}"] = value.half()
         if name in SIDES:
             tensors[f"{name}.rows"] = stored["extra.rows"]
-    aside = Path(path).with_suffix(".tmp")
-    save_file(tensors, aside)
-    os.replace(aside, path)
+    write_bytes(path, save_tensors(tensors))
 
 
 def _network(name, state):

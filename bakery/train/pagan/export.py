@@ -1,15 +1,16 @@
 """The averaged weights of a run, or of several, as the file that ships."""
 
 import json
-import os
 from dataclasses import asdict
 from pathlib import Path
 
 import torch
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file
+from safetensors.torch import save as save_tensors
 
 from bakery.detectors.blocks import fold
 from bakery.errors import InputError
+from bakery.formats.files import write_bytes
 from bakery.generators.pagan import KIND
 from bakery.generators.unet import UNet
 from bakery.preset import options_from
@@ -76,11 +77,9 @@ def write(network, path):
     tensors = {name: value.half() for name, value in fold(network.eval()).items()}
     if not all(torch.isfinite(value).all() for value in tensors.values()):
         raise InputError(f"{path}: weights do not fit half precision; train on or take another run")
-    aside = path.with_suffix(".tmp")
     # One entry only: the library writes several in an order that changes from run to run.
     table = {"kind": KIND} | asdict(network.options)
-    save_file(tensors, aside, {"generator": json.dumps(table, sort_keys=True)})
-    os.replace(aside, path)
+    write_bytes(path, save_tensors(tensors, {"generator": json.dumps(table, sort_keys=True)}))
     return {
         "parameters": sum(value.numel() for value in tensors.values()),
         "bytes": path.stat().st_size,

@@ -5,19 +5,20 @@ options.json, stats.jsonl and checkpoint.safetensors; a run that was stopped goe
 """
 
 import json
-import os
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import torch
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file
+from safetensors.torch import save as save_tensors
 
 from bakery.detectors import portrait, segmenter
 from bakery.detectors.blocks import fold
 from bakery.detectors.segmenter import SegmentNet, outlines
 from bakery.errors import InputError, ModelError
+from bakery.formats.files import write_bytes
 from bakery.settings import SEEDS, Settings, setting
 from bakery.train import runs
 from bakery.train.segment import augment, bank, camera, losses
@@ -280,6 +281,4 @@ def export(run: Path, path: Path, other: Path | None = None) -> None:
         begun = segmenter.load(Path(other)).state_dict()
         tensors = {name: (value + begun[name]) / 2 for name, value in tensors.items()}
     tensors = {name: value.half() for name, value in tensors.items()}
-    aside = Path(path).with_suffix(".tmp")
-    save_file(tensors, aside)
-    os.replace(aside, path)
+    write_bytes(path, save_tensors(tensors))

@@ -7,7 +7,6 @@ checkpoint. People that are painted meanwhile join it.
 
 import json
 import logging
-import os
 import time
 from dataclasses import dataclass, field
 from functools import partial
@@ -15,10 +14,12 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file
+from safetensors.torch import save as save_tensors
 
 from bakery.detectors.blocks import fold
 from bakery.errors import InputError, ModelError
+from bakery.formats.files import write_bytes
 from bakery.formats.image import write_image
 from bakery.formats.mark import PAINTED
 from bakery.generators.transfer import KIND, TransferNet, TransferNetOptions, compose, stacked
@@ -246,9 +247,7 @@ def export(run, path):
     )
     weights = {name: value.half() for name, value in fold(network.eval()).items()}
     about = {"kind": KIND} | json.loads(json.dumps(vars(options)))
-    aside = path.with_suffix(".tmp")
-    save_file(weights, aside, {"transfer": json.dumps(about, sort_keys=True)})
-    os.replace(aside, path)
+    write_bytes(path, save_tensors(weights, {"transfer": json.dumps(about, sort_keys=True)}))
     return {
         "step": int(stored["step"]),
         "parameters": sum(value.numel() for value in weights.values()),
