@@ -6,6 +6,7 @@ import numpy as np
 
 from bakery.geometry import harmonics, rotation
 from bakery.geometry.color import LUMA
+from bakery.geometry.fill import smoothstep
 from bakery.geometry.mesh import vertex_normals
 from bakery.heads.base import PARTS
 from bakery.memo import once_per_object
@@ -17,6 +18,7 @@ from bakery.types import Fragments
 
 LEAST = 0.02  # of a light's mean: second-order harmonics swing below 0 behind a narrow lamp
 DARKEST, BRIGHTEST = 1e-3, 50.0  # of a texel that is divided by, and of what comes of it
+ALIKE = (0.5, 0.2)  # of log colour, between a hair layer and the skin below: hair, and skin
 PHOTOGRAPHED = (1, 2)  # codes of coverage.exr by which the exposure is measured
 
 
@@ -25,7 +27,7 @@ class Unlit:
     """What takes the photo's light off an avatar's textures."""
 
     skin: np.ndarray  # [T, T, 3] float32, times a face texture
-    hair: np.ndarray  # [T, T, 3] float32, times the hair layer
+    hair: np.ndarray  # [T, T, 3] float32, times the hair layer, which shows skin too, beside hair
     white: np.ndarray  # [3] what takes the colour of the photo's light off the rest
     exposure: float  # by which a light of mean 1 gives the face the photo's mean level
 
@@ -48,7 +50,18 @@ def unlit(avatar: Avatar) -> Unlit:
         skin = np.where(inside, np.clip(bare, 0, BRIGHTEST), skin * white)
     level, bare_level = ((texture * gain)[seen] @ LUMA for gain in (np.float32(1), skin))
     exposure = float(level.mean() / max(bare_level.mean(), 1e-6)) if seen.any() else 1.0
-    return Unlit(skin.astype(np.float32), white / shade, white, exposure)
+    hair = white / shade
+    hair = hair + shows_skin(textures.hair, texture)[..., None] * (skin - hair)
+    return Unlit(skin.astype(np.float32), hair.astype(np.float32), white, exposure)
+
+
+def shows_skin(layer: np.ndarray, texture: np.ndarray) -> np.ndarray:
+    """How surely a hair layer [T, T, 4] shows skin: [T, T] 0..1, by the skin [T, T, 3] that it lies on."""
+    layer = np.asarray(layer, np.float32)
+    shown = layer[..., :3] / np.maximum(layer[..., 3:], DARKEST)
+    apart = np.abs(np.log(np.maximum(shown, DARKEST) / np.maximum(texture, DARKEST))).max(-1)
+    found: np.ndarray = smoothstep(*ALIKE, apart)
+    return found
 
 
 def skin_without(avatar: Avatar, skin: np.ndarray, hair: np.ndarray | None) -> np.ndarray:

@@ -129,11 +129,17 @@ def test_highlights_and_the_lights_colour_go_where_there_is_albedo(noise_avatar,
     gloss[::9, ::7] = 0.3
     albedo = (0.2 + 0.3 * np.asarray(avatar.textures.neutral, np.float64)).astype(np.float16)
     shown = (albedo * shade * color + gloss).astype(np.float16)
-    textures = replace(avatar.textures, neutral=shown, albedo=albedo)
+    # The hair layer: dark hair on one half, on the other the skin beside it.
+    strip = np.arange(size) < size // 2
+    layer = np.where(strip[:, None], 1.1, 0.2) * np.float32(shown)
+    layer = np.dstack([0.9 * layer, np.full((size, size), 0.9)]).astype(np.float16)
+    textures = replace(avatar.textures, neutral=shown, albedo=albedo, hair=layer)
     bare = unlit(replace(avatar, textures=textures))
     assert_allclose((shown * bare.skin)[seen], albedo[seen], rtol=3e-3)  # half floats
     assert_allclose(bare.white, 1 / color, rtol=0.02)  # the median over texels, of which some gleam
-    assert_allclose(bare.hair[seen], (bare.white / shade)[seen], rtol=1e-5)
+    hairy = seen & ~strip
+    assert_allclose(bare.hair[hairy], (bare.white / shade)[hairy], rtol=1e-5)
+    assert_allclose(bare.hair[seen & strip], bare.skin[seen & strip], rtol=1e-5)
     known = seen & np.isin(textures.source, (1, 2))
     kept = (np.float32(albedo)[known] @ LUMA).mean() * bare.exposure
     assert kept == pytest.approx((np.float32(shown)[known] @ LUMA).mean(), rel=5e-3)

@@ -18,6 +18,7 @@ from bakery.stages.texture.albedo import (
     WHITE,
     albedo_of,
     light_on,
+    saturated,
     without_highlights,
 )
 from bakery.stages.texture.unwrap import photo_light
@@ -86,6 +87,32 @@ def test_nothing_gets_brighter_or_black():
     found = without_highlights(wild, WHOLE)
     assert (found <= wild + 1e-6).all() and (found >= 0.3 * wild - 1e-6).all()
     assert_allclose(without_highlights(wild, 0 * WHOLE), wild)
+
+
+@pytest.mark.parametrize("tone", TONES)
+def test_a_broad_sheen_gets_the_tone_of_the_face_and_keeps_its_brightness(tone):
+    """As an albedo shows it: as bright as the rest, for the light was divided out, and grey."""
+    bare = skin(TONES[tone])
+    sheen = spot(128, 60, 25)[..., None]
+    photo = bare * (1 + 0.6 * sheen)
+    grey = (bare @ LUMA)[..., None] * np.ones(3)
+    faded = (bare + 0.5 * sheen * (grey - bare)).astype(np.float32)
+    found = saturated(faded, photo, WHOLE, WHOLE > 0)
+    inner = sheen[..., 0] > 0.7
+    before, after = (np.abs(x - bare)[inner].mean() for x in (faded, found))
+    assert after < 0.35 * before
+    assert_allclose(found @ LUMA, faded @ LUMA, rtol=1e-4)
+    away = sheen[..., 0] < 1e-3
+    assert_allclose(found[away], faded[away], rtol=0.02)
+
+
+@pytest.mark.parametrize("tone", TONES)
+def test_pale_and_red_skin_that_was_no_brighter_stays(tone):
+    bare = skin(TONES[tone])
+    grey = (bare @ LUMA)[..., None] * np.ones(3)
+    patches = bare + (0.4 * spot(90, 90, 20) - 0.3 * spot(170, 170, 20))[..., None] * (grey - bare)
+    patches = patches.astype(np.float32)
+    assert_allclose(saturated(patches, patches, WHOLE, WHOLE > 0), patches, rtol=0.02)
 
 
 def in_light(light, tone, meter=METER):

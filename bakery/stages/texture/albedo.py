@@ -10,6 +10,7 @@ import numpy as np
 from bakery.generators.base import Subject
 from bakery.geometry import harmonics
 from bakery.geometry.color import LUMA
+from bakery.geometry.fill import smoothstep
 from bakery.landmarks import EYES, LIPS_OUTER, OVAL
 from bakery.stages.atlas import make_atlas, uv_polygon
 from bakery.stages.texture.unwrap import photo_light
@@ -28,6 +29,7 @@ HAIRY = 0.6  # of the brightness around: what is darker is no bare skin
 TINGE = 0.5  # of the skin's own colour in a highlight: cameras roll bright colours off
 DIVIDED = 1.1  # times brighter than the skin around may become what was not so in the photo
 PALEST = 0.45  # luma of the albedo of the palest face
+BRIGHT = (1.0, 1.25)  # times the face's own brightness: none of its saturation is lost, it may be
 BLOOM = 1 / 500  # of the side: highlights are no finer, hairs and pores are
 
 
@@ -56,6 +58,7 @@ def albedo_of(subject: Subject, fit: Fit) -> np.ndarray:
     bare = subject.texture / shade.astype(np.float32)
     light *= max(1, float(np.median(bare[face] @ LUMA / (light @ LUMA))) / PALEST)
     albedo = without_highlights(_evened(bare, subject.texture, skin) / light, skin)
+    albedo = saturated(albedo, subject.texture, skin, face)
     return make_atlas(head, size).fill_gutter(np.clip(albedo, 0, 1).astype(np.float32))
 
 
@@ -138,6 +141,34 @@ def without_highlights(albedo: np.ndarray, skin: np.ndarray) -> np.ndarray:
     mirrored = np.minimum(_smooth(mirrored, BLOOM * size), brighter)[..., None]
     color = TINGE * albedo / luma[..., None] + 1 - TINGE
     out: np.ndarray = np.maximum(albedo - mirrored * color, 0.3 * albedo)
+    return out
+
+
+def saturated(
+    albedo: np.ndarray, texture: np.ndarray, skin: np.ndarray, face: np.ndarray
+) -> np.ndarray:
+    """Give skin that was bright in the photo the saturation of the rest of the face.
+
+    A broad sheen, and a camera that rolls bright colours off, leave a forehead of the right brightness
+    that is grey. Neither has an edge, so `without_highlights` does not see them.
+
+    Args:
+        albedo: [T, T, 3] linear; texture: [T, T, 3] as the photo shows it.
+        skin: [T, T] 0..1, where to look.
+        face: [T, T] bool, whose tone is that of the person.
+
+    Returns:
+        [T, T, 3] linear, of the luma that it had.
+    """
+    sigma = NEAR * len(albedo)
+    smooth = _blurred(albedo, skin, sigma)
+    tint = smooth / np.maximum(smooth @ LUMA, 1e-4)[..., None] - 1  # of luma 0
+    typical = np.median(tint[face], 0)
+    share = tint @ typical / max(typical @ typical, 1e-6)
+    shown = _blurred(texture @ LUMA, skin, sigma)
+    bright = smoothstep(*BRIGHT, shown / max(float(np.median(shown[face])), 1e-4)) * skin
+    more = (bright * np.clip(1 - share, 0, 1))[..., None] * (typical - (typical @ LUMA))
+    out: np.ndarray = albedo + (albedo @ LUMA)[..., None] * more
     return out
 
 
