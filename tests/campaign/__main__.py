@@ -3,7 +3,8 @@
     python tests/campaign                          every row, more than an hour on two cores
     python tests/campaign --share 0.01             a hundredth of the cases: minutes
     python tests/campaign "kill -9" "power cut"    some rows
-    python tests/campaign --write                  put the table into docs/reliability.md
+    python tests/campaign --part 2/4 --keep kept.json "kill -9"    the second quarter of a row
+    python tests/campaign --keep kept.json --write                 put the table into docs/reliability.md
 
 Mutated files are `make fuzz`, which the campaign runs as a row of its own.
 """
@@ -41,57 +42,65 @@ import rebuilds  # noqa: E402
 import server  # noqa: E402
 import traces  # noqa: E402
 
+PARTED = ("kill -9", faults.CALLS, faults.MEMORY, "rebuilds")  # rows that can be run in parts
 
-def rows(inputs, place, lanes, share):
-    """{name: function that runs a row}; `share` is the part of the cases that is run."""
+
+def rows(inputs, place, lanes, share, part, parts):
+    """{name: function that runs a row}; `share` is how many of the cases are run, of so many parts."""
 
     def count(whole, least=1):
-        return max(round(whole * share), least)
+        return max(round(whole * share / parts), least)
 
     def seconds(whole):
-        return None if share == 1 else share * whole
+        return None if share == 1 else share * whole / parts
 
     return {
-        "kill -9": lambda: kills.run(inputs, place, count(2000, 10), lanes),
-        faults.CALLS: lambda: faults.run(faults.CALLS, inputs, place, lanes, seconds(EVERY_CALL)),
+        "kill -9": lambda: kills.run(inputs, place, count(2000, 10), lanes, part),
+        faults.CALLS: lambda: faults.run(
+            faults.CALLS, inputs, place, lanes, seconds(EVERY_CALL), (part, parts)
+        ),
         faults.MEMORY: lambda: faults.run(
-            faults.MEMORY, inputs, place, lanes, seconds(EVERY_PLACE)
+            faults.MEMORY, inputs, place, lanes, seconds(EVERY_PLACE), (part, parts)
         ),
         "damaged files": lambda: fuzzed.run(count(100_000), count(20_000), lanes),
         "power cut": lambda: power.run(inputs, place, count(200, 4)),
         "network": lambda: offline.run(inputs, place),
         "traces of a photo": lambda: traces.run(inputs, place),
-        "rebuilds": lambda: rebuilds.run(inputs, place, count(50, 2)),
+        "rebuilds": lambda: rebuilds.run(inputs, place, count(50, 2), 3 + part),
         "page and --serve": lambda: server.run(inputs, place, count(10_000, 100)),
     }
 
 
 def say(row):
     print(
-        f"{row.name:19} {row.cases:7} cases  {len(row.failures):4} failures  {row.seconds:7.0f} s  {row.note}"
+        f"{row.name:19} {row.cases:7} cases  {len(row.failures):4} failures  {row.seconds:7.0f} s  {row.said()}"
     )
     sys.stdout.flush()
 
 
+def now():
+    """The date and the commit."""
+    line = ["git", "-C", str(ROOT), "rev-parse", "--short", "HEAD"]
+    commit = subprocess.run(line, capture_output=True, text=True).stdout.strip()
+    return f"{datetime.date.today().isoformat()} at {commit}"
+
+
 def table(found):
     """Lines of Markdown for rows, with where and when they were measured."""
-    commit = subprocess.run(
-        ["git", "-C", str(ROOT), "rev-parse", "--short", "HEAD"], capture_output=True, text=True
-    ).stdout.strip()
-    today = datetime.date.today().isoformat()
     where = (
         f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()} {platform.release()}"
     )
     lines = [
-        f"Measured on {today} at {commit} on {where}.", "",
-        "| row | must | cases | failures | minutes |", "|---|---|---|---|---|",
+        f"Measured on {where}.", "",
+        "| row | must | cases | failures | minutes | measured |", "|---|---|---|---|---|---|",
     ]  # fmt: skip
     for row in found:
-        note = f" ({row.note})" if row.note else ""
-        minutes = f"{row.seconds / 60:.1f}"
-        lines.append(
-            f"| {row.name} | {row.must} | {row.cases:,}{note} | {len(row.failures)} | {minutes} |"
-        )
+        note = f" ({row.said()})" if row.note else ""
+        cells = (
+            row.name, row.must, f"{row.cases:,}{note}", len(row.failures),
+            f"{row.seconds / 60:.1f}", "; ".join(row.measured),
+        )  # fmt: skip
+        lines.append(f"| {' | '.join(map(str, cells))} |")
     return "\n".join(lines)
 
 
@@ -103,12 +112,23 @@ def write(found):
     REPORT.write_text(f"{before}{BEGIN}\n{table(found)}\n{END}{after}", "utf-8")
 
 
+def _part(text):
+    """(K - 1, N) of K/N."""
+    part, parts = (int(word) for word in text.split("/"))
+    if not 1 <= part <= parts:
+        raise ValueError(text)
+    return part - 1, parts
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("rows", nargs="*", help="names of rows; all without any")
     parser.add_argument("--share", type=float, default=1.0, help="part of the cases")
     parser.add_argument("--lanes", type=int, default=os.cpu_count() or 1, help="side by side")
-    parser.add_argument("--keep", type=Path, help="JSON of rows; those in it are not run again")
+    parser.add_argument(
+        "--part", type=_part, default=(0, 1), metavar="K/N", help=f"of the rows {', '.join(PARTED)}"
+    )
+    parser.add_argument("--keep", type=Path, help="JSON of rows; parts in it are not run again")
     parser.add_argument(
         "--write", action="store_true", help="put the table into docs/reliability.md"
     )
@@ -118,22 +138,29 @@ def main():
     kept = json.loads(asked.keep.read_text()) if asked.keep and asked.keep.exists() else {}
     try:
         inputs = base.Inputs(place / "inputs").make()
-        known = rows(inputs, place, asked.lanes, asked.share)
+        known = rows(inputs, place, asked.lanes, asked.share, *asked.part)
         if unknown := set(asked.rows) - set(known):
             parser.error(f"no row {', '.join(sorted(unknown))}; known: {', '.join(known)}")
-        found = []
+        if asked.part[1] > 1 and (whole := set(asked.rows or known) - set(PARTED)):
+            parser.error(f"no part of {', '.join(sorted(whole))}; they are run as a whole")
+        found, part = [], f"{asked.part[0] + 1}/{asked.part[1]}"
         for name in asked.rows or known:
-            if name in kept:
-                found.append(base.Row(**kept[name]))
-                continue
-            began = time.monotonic()
-            row = known[name]()
-            row.seconds = time.monotonic() - began  # with what the row prepares
-            say(row)
+            before = kept.get(name, {"parts": [], "row": None})
+            row = base.Row(**before["row"]) if before["row"] else None
+            if row is None or not {part, "1/1"} & set(before["parts"]):
+                began = time.monotonic()
+                new = known[name]()
+                new.seconds = time.monotonic() - began  # with what the row prepares
+                new.measured = [now()]
+                say(new)
+                if row is None:
+                    row = new
+                else:
+                    row.add(new)
+                kept[name] = {"parts": [*before["parts"], part], "row": vars(row)}
+                if asked.keep:
+                    asked.keep.write_text(json.dumps(kept, indent=1))
             found.append(row)
-            if asked.keep:
-                kept[name] = vars(row)
-                asked.keep.write_text(json.dumps(kept, indent=1))
         if asked.write:
             write(found)
         return int(any(row.failures for row in found))

@@ -34,7 +34,22 @@ class Row:
     cases: int = 0
     failures: list[str] = field(default_factory=list)
     seconds: float = 0.0
-    note: str = ""
+    note: str = ""  # with {names} of counts
+    counts: dict[str, int] = field(default_factory=dict)
+    measured: list[str] = field(default_factory=list)  # when and at which commit, each once
+
+    def said(self) -> str:
+        """The note with its counts."""
+        return self.note.format(**self.counts) if self.counts else self.note
+
+    def add(self, other: "Row") -> None:
+        """Another part of the row."""
+        self.cases += other.cases
+        self.failures += other.failures
+        self.seconds += other.seconds
+        self.note = other.note
+        self.counts = {name: self.counts.get(name, 0) + n for name, n in other.counts.items()}
+        self.measured += [text for text in other.measured if text not in self.measured]
 
     def fail(self, text: str) -> None:
         """Note what broke; said at once, since a row may take hours."""

@@ -35,6 +35,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -81,7 +82,12 @@ class Result:
 
 
 def run(
-    name: str, inputs: base.Inputs, place: Path, lanes: int, seconds: float | None = None
+    name: str,
+    inputs: base.Inputs,
+    place: Path,
+    lanes: int,
+    seconds: float | None = None,
+    part: tuple[int, int] = (0, 1),
 ) -> base.Row:
     """Let every call of the row fail once.
 
@@ -90,6 +96,7 @@ def run(
         place: a folder to work in.
         lanes: how many bakes run side by side.
         seconds: begin no case after so many. Cases are shuffled: those that were run are a fair sample.
+        part: which of how many parts of the cases.
     """
     place = place.resolve()
     try:
@@ -97,7 +104,7 @@ def run(
     except FileNotFoundError:
         return base.Row(name, MUST[name], note="skipped: there is no cc")
     asked = place / "asked.pickle"
-    asked.write_bytes(pickle.dumps((name, inputs, place, lanes, seconds)))
+    asked.write_bytes(pickle.dumps((name, inputs, place, lanes, seconds, part)))
     again(library, ["--row", asked])
     return pickle.loads(asked.read_bytes())
 
@@ -198,18 +205,19 @@ def died(result: Result, call: Call) -> bool:
     return call[0] == "malloc" and result.end.code in (-signal.SIGSEGV, -signal.SIGABRT)
 
 
-def first_of_places(listed: str) -> list[int]:
+def first_of_places(listed: str) -> dict[str, int]:
     """The first large allocation at each place in the code, from what `list_calls` noted.
 
     A place is a line of a library's Python and the line in bakery that led to it.
     """
-    found: dict[object, int] = {}
+    found: dict[str, int] = {}
     for part in re.split(r"^call ", listed, flags=re.MULTILINE):
         if about := re.match(rf"{list(KINDS).index('malloc')} (\d+)\n", part):
             lines = LINE.findall(part)
-            key = (*lines[:1], *[line for line in lines if line[0].startswith(OWN)][:1])
+            own = [line for line in lines if line[0].startswith(OWN)]
+            key = repr((*lines[:1], *own[:1]))
             found[key] = min(found.get(key, sys.maxsize), int(about[1]))
-    return sorted(found.values())
+    return found
 
 
 class Trial:
@@ -223,14 +231,26 @@ class Trial:
             raise SystemExit(f"the bake does not run: {whole.end.said} {whole.left}")
         self.new, self.counts, self.seconds = whole.bundle, whole.counts, whole.end.seconds
 
-    def calls(self, kinds: Sequence[str]) -> list[Call]:
-        """What is to fail: every file call, and a large allocation of each place in the code."""
-        numbers = {kind: list(range(1, count + 1)) for kind, count in self.counts.items()}
+    def calls(self, kinds: Sequence[str], part: int = 0, parts: int = 1) -> list[Call]:
+        """What is to fail: every file call, and a large allocation of each place in the code.
+
+        Args:
+            part: of so many parts. A case has its part by its name: their number differs from run to run.
+        """
+        numbers = {
+            kind: {f"{kind} {n}": n for n in range(1, count + 1)}
+            for kind, count in self.counts.items()
+        }
         if "malloc" in kinds:
             bench = Bench(self.inputs, self.place / "listed")
             bench.bake(list_calls=True)
             numbers["malloc"] = first_of_places(bench.lines.read_text("utf-8", "replace"))
-        return [(kind, number) for kind in kinds for number in numbers[kind]]
+        return [
+            (kind, number)
+            for kind in kinds
+            for name, number in sorted(numbers[kind].items(), key=lambda each: each[1])
+            if zlib.crc32(name.encode()) % parts == part
+        ]
 
     def row(
         self,
@@ -274,9 +294,15 @@ class Trial:
 
         row = base.in_lanes(lane, lanes)
         missed = sum(tried) - row.cases
-        row.note = f"{sum(tried)} of {len(calls)} tried, {missed} of them not reached"
-        if sum(deaths):
-            row.note += f"; {sum(deaths)} ended by a signal in a library that got no memory"
+        row.counts = {
+            "tried": sum(tried),
+            "calls": len(calls),
+            "missed": missed,
+            "died": sum(deaths),
+        }
+        row.note = "{tried} of {calls} tried, {missed} of them not reached"
+        if name == MEMORY:
+            row.note += "; {died} ended by a signal in a library that got no memory"
         return row
 
 
@@ -295,9 +321,10 @@ def main() -> None:
         return
     base.load()
     if asked.row:
-        name, inputs, place, lanes, seconds = pickle.loads(asked.row.read_bytes())
+        name, inputs, place, lanes, seconds, part = pickle.loads(asked.row.read_bytes())
         trial = Trial(inputs, place)
-        calls = trial.calls([kind for kind in KINDS if (kind == "malloc") == (name == MEMORY)])
+        kinds = [kind for kind in KINDS if (kind == "malloc") == (name == MEMORY)]
+        calls = trial.calls(kinds, *part)
         random.Random(0).shuffle(calls)
         asked.row.write_bytes(pickle.dumps(trial.row(name, calls, lanes, seconds)))
         return
@@ -314,7 +341,7 @@ def main() -> None:
         some = [[call for call in calls if call[0] == kind] for kind in kinds]
         calls = [call for each in some for call in each[:: max(1, -(-len(each) // asked.of))]]
     row = trial.row(CALLS, calls, 1, tell=True)
-    print(f"{row.cases} cases in {row.seconds:.0f} s, {len(row.failures)} failures; {row.note}")
+    print(f"{row.cases} cases in {row.seconds:.0f} s, {len(row.failures)} failures; {row.said()}")
 
 
 if __name__ == "__main__":

@@ -15,12 +15,13 @@ SLOWER = 1.2  # times an undisturbed run: side by side commands take longer
 MUST = "2,000 kills: 0 torn, 0 left behind after the next run"
 
 
-def run(inputs: base.Inputs, place: Path, count: int, lanes: int) -> base.Row:
+def run(inputs: base.Inputs, place: Path, count: int, lanes: int, part: int = 0) -> base.Row:
     """Kill commands `count` times.
 
     Args:
         place: a folder to work in.
         lanes: how many are run side by side.
+        part: another one has other moments.
     """
     whole = {}
     for command in inputs.commands():
@@ -29,7 +30,9 @@ def run(inputs: base.Inputs, place: Path, count: int, lanes: int) -> base.Row:
         shutil.rmtree(folder)
 
     def lane(number: int) -> base.Row:
-        return _lane(inputs, place / f"kills-{number}", count // lanes, whole, seed=number)
+        return _lane(
+            inputs, place / f"kills-{number}", count // lanes, whole, seed=part * lanes + number
+        )
 
     return base.in_lanes(lane, lanes)
 
