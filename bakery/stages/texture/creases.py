@@ -28,6 +28,8 @@ RADIUS = 4.0  # mm, half the width of what is filled
 COARSE = 2.5  # pixels, standard deviation of a blur that needs no finer picture
 SOFT = 0.5  # mm, standard deviation of the blur that keeps pores and stubble from being filled
 MOST = 1.2  # of the logarithm
+FOLD = (0.04, 0.12)  # log by which a place was filled: no fold, one
+CUT, CUT_SOFT = 1.2, 0.15  # mm, half the width of the line at its bottom, and the blur
 AT_CORNER = (9.0, 5.0)  # mm from a corner of the mouth over which specks are left, are taken off
 OFF_CORNER = (0.3, 1.5)  # mm from the lips over which folds beside their corners begin to count
 SPECK, GLINT = 2.0, 1.5  # mm, half the width of the largest; of the logarithm
@@ -45,7 +47,16 @@ def filled(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) ->
     """
     if not share:
         return colors
-    return levelled(colors, on_skin, _beside(head, on_skin), share, RADIUS, MOST)
+    rows, weight, texel = _beside(head, on_skin)
+    made = levelled(colors, on_skin, (rows, weight, texel), 1.0, RADIUS, MOST)
+    # The cut at a fold's bottom is finer than the blur. It goes where a fold went, so that pores stay.
+    lift = np.log(np.maximum(made[rows], DARK) / np.maximum(colors[rows], DARK)).max(1)
+    weight = weight * smoothstep(*FOLD, lift)
+    made = levelled(made, on_skin, (rows, weight, texel), 1.0, CUT, MOST, CUT_SOFT)
+    out = colors.copy()
+    before = np.maximum(colors[rows], DARK)
+    out[rows] = before * (np.maximum(made[rows], DARK) / before) ** share
+    return out
 
 
 def even_corners(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) -> np.ndarray:

@@ -28,6 +28,7 @@ from bakery.stages.texture.hair import Mattes, hair_layer
 from bakery.stages.texture.interior import paint_interior
 from bakery.stages.texture.lashes import lay_lashes
 from bakery.stages.texture.lids import lid_skin
+from bakery.stages.texture.nostrils import one_pair
 from bakery.stages.texture.rest import RestBasis, change_of
 from bakery.stages.texture.seam import closed_lips
 from bakery.stages.texture.teeth import likely_teeth, teeth_color
@@ -151,6 +152,8 @@ def prepare(
     )
     texture = view.partial.lit(skin.albedo).reshape(-1, 3)
     source = skin.source.reshape(-1)
+    facing = view.partial.seen.reshape(-1)[on_skin.index]
+    texture[on_skin.index] = one_pair(texture[on_skin.index], facing, head, on_skin)
     if rest is not None:
         seen = texture[on_skin.index]
         made = seen * np.exp(change_of(rest, head, on_skin, fit.expression))
@@ -158,7 +161,6 @@ def prepare(
         made = filled(made, head, on_skin, share)
         plain = view.partial.plain.reshape(-1)[on_skin.index]
         made = calmed(made, plain, head, on_skin, share)
-        facing = view.partial.seen.reshape(-1)[on_skin.index]
         made = closed_lips(made, facing, head, neutral, on_skin, landmarks.points)
         made = even_corners(made, head, on_skin, share)
         texture[on_skin.index] = made
