@@ -33,28 +33,43 @@ def test_there_are_two_alike_beside_the_middle(head, nose):
     assert_allclose(*middle, atol=1)
 
 
-def test_made_up_ones_go_and_seen_ones_and_grain_stay(head, nose):
-    on_skin, where = nose
-    pores = np.exp(0.05 * np.random.default_rng(0).normal(size=(len(where), 1)))
-    dark = (SKIN * pores * (1 - 0.5 * where[:, None])).astype(np.float32)
-    unseen = np.zeros(len(where), np.float32)
-    made = one_pair(dark, unseen, head, on_skin)
-    core = where > 0.95
-    assert core.sum() > 20
-    assert_allclose(np.median(made[core], 0), SKIN, rtol=0.05)
-    assert np.log(made[core] @ LUMA).std() > 0.02  # grain; not a flat patch
-    away = where < 1e-3
-    assert_allclose(made[away], dark[away], rtol=1e-3)  # of that share it may change
-    assert_allclose(one_pair(dark, unseen + 1, head, on_skin), dark, rtol=1e-5)
-
-
-def test_the_photos_own_nostril_beside_does_not_leak_into_them(head, nose):
+def photo(head, nose, above):
+    """Skin with made-up dark hollows, and black nostrils that were seen so many mm above: colours, seen."""
     on_skin, where = nose
     places = on_skin.at(head.mean)
-    base = head.landmarks(head.mean)[NOSE_BASE[0]]
-    seen = (where < 0.01) & (np.abs(places[:, 1] - base[1] - 5) < 1.5) & (np.abs(places[:, 0]) < 12)
-    assert seen.any()
-    colors = np.where(seen[:, None], 0.1 * SKIN, SKIN * (1 - 0.5 * where[:, None]))
-    made = one_pair(colors.astype(np.float32), seen.astype(np.float32), head, on_skin)
-    assert_allclose(np.median(made[where > 0.95], 0), SKIN, rtol=0.1)
-    assert_allclose(made[seen], colors[seen], rtol=1e-4)
+    pores = np.exp(0.05 * np.random.default_rng(0).normal(size=(len(where), 1)))
+    dark = SKIN * pores * (1 - 0.5 * (where[:, None] > 0.5))
+    _, texel = hollows(head, SIZE)
+    row, column = np.divmod(on_skin.index, SIZE)
+    seen = (where < 0.5).astype(np.float32)
+    for side in (-1, 1):
+        hollow = (where > 0.5) & (places[:, 0] * side > 1)
+        y, x = row[hollow].mean() - above / texel, column[hollow].mean()
+        spot = np.exp(-(((row - y) / 3) ** 2) - ((column - x) / 6) ** 2)[:, None]
+        dark = dark * (1 - 0.9 * spot)
+    return dark.astype(np.float32), seen
+
+
+def test_made_up_ones_go_where_the_photo_shows_its_own_above(head, nose):
+    on_skin, where = nose
+    colors, seen = photo(head, nose, 7.0)
+    made = one_pair(colors, seen, head, on_skin)
+    core = where > 0.95
+    assert core.sum() > 20
+    assert_allclose(np.median(made[core], 0), SKIN, rtol=0.1)
+    assert np.log(made[core] @ LUMA).std() > 0.005  # what of grain is finer than 0.25 mm
+    assert_allclose(made[seen > 0], colors[seen > 0], rtol=1e-3)
+
+
+@pytest.mark.parametrize("above", [0.0, 3.0])
+def test_they_stay_where_the_photo_has_them_too(head, nose, above):
+    colors, seen = photo(head, nose, above)
+    assert_allclose(one_pair(colors, seen, head, nose[0]), colors, rtol=1e-5)
+
+
+def test_they_stay_where_no_nostril_is_seen(head, nose):
+    on_skin, where = nose
+    colors = (SKIN * (1 - 0.5 * (where[:, None] > 0.5))).astype(np.float32)
+    for seen in (np.zeros(len(where)), (where < 0.5) * 1.0):
+        made = one_pair(colors, seen.astype(np.float32), head, on_skin)
+        assert_allclose(made, colors, rtol=1e-5)

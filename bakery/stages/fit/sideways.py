@@ -52,6 +52,6 @@ def believed(
     """
     out = values.copy()
     pairs = (values[marks.PLAIN] + values[twin[marks.PLAIN]]) / 2
-    common = np.einsum("nd...,d->n...", pairs, aside)
-    out[marks.PLAIN] -= (1 - share) * np.einsum("n...,d->nd...", common, aside)
+    common = np.einsum("ki...,i->k...", pairs, aside)
+    out[marks.PLAIN] -= (1 - share) * np.einsum("k...,i->ki...", common, aside)
     return out
