@@ -42,7 +42,11 @@ import rebuilds  # noqa: E402
 import server  # noqa: E402
 import traces  # noqa: E402
 
-PARTED = ("kill -9", faults.CALLS, faults.MEMORY, "rebuilds")  # rows that can be run in parts
+PARTED = (
+    "kill -9",
+    faults.CALLS,
+    faults.MEMORY,
+)  # rows whose cases have nothing to do with each other
 
 
 def rows(inputs, place, lanes, share, part, parts):
@@ -66,7 +70,7 @@ def rows(inputs, place, lanes, share, part, parts):
         "power cut": lambda: power.run(inputs, place, count(200, 4)),
         "network": lambda: offline.run(inputs, place),
         "traces of a photo": lambda: traces.run(inputs, place),
-        "rebuilds": lambda: rebuilds.run(inputs, place, count(50, 2), 3 + part),
+        "rebuilds": lambda: rebuilds.run(inputs, place, count(50, 2)),
         "page and --serve": lambda: server.run(inputs, place, count(10_000, 100)),
     }
 
@@ -146,8 +150,12 @@ def main():
         found, part = [], f"{asked.part[0] + 1}/{asked.part[1]}"
         for name in asked.rows or known:
             before = kept.get(name, {"parts": [], "row": None})
-            row = base.Row(**before["row"]) if before["row"] else None
-            if row is None or not {part, "1/1"} & set(before["parts"]):
+            row, done = base.Row(**before["row"]) if before["row"] else None, before["parts"]
+            if row is None or (asked.part[1] > 1 and part not in done):
+                if any(other.split("/")[1] != str(asked.part[1]) for other in done):
+                    parser.error(
+                        f"{asked.keep}: {name} has parts {', '.join(done)}; give such a one"
+                    )
                 began = time.monotonic()
                 new = known[name]()
                 new.seconds = time.monotonic() - began  # with what the row prepares
@@ -157,7 +165,7 @@ def main():
                     row = new
                 else:
                     row.add(new)
-                kept[name] = {"parts": [*before["parts"], part], "row": vars(row)}
+                kept[name] = {"parts": [*done, part], "row": vars(row)}
                 if asked.keep:
                     asked.keep.write_text(json.dumps(kept, indent=1))
             found.append(row)

@@ -1,5 +1,7 @@
 """The nostrils of a head model have the tone of the skin around where its photo shows none."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -7,6 +9,7 @@ from numpy.testing import assert_allclose
 from bakery.geometry.color import LUMA
 from bakery.landmarks import NOSE_BASE
 from bakery.stages.atlas import make_atlas
+from bakery.stages.texture import nostrils
 from bakery.stages.texture.nostrils import hollows, one_pair
 
 SIZE = 512
@@ -31,6 +34,15 @@ def test_there_are_two_alike_beside_the_middle(head, nose):
     assert left.sum() == pytest.approx(right.sum(), rel=0.15)
     middle = [places[side].mean(0) * [side_of, 1, 1] for side, side_of in ((left, 1), (right, -1))]
     assert_allclose(*middle, atol=1)
+
+
+def test_a_head_without_nostrils_is_left_alone(head, nose, monkeypatch):
+    flat = replace(head, name="flat")  # one of its own, of which nothing is kept
+    monkeypatch.setattr(nostrils, "openness", lambda head, shape: np.ones(len(shape), np.float32))
+    assert hollows(flat, SIZE)[0].max() == 0
+    colors = np.tile(SKIN, (len(nose[1]), 1))
+    seen = np.ones(len(nose[1]), np.float32)
+    assert one_pair(colors, seen, flat, make_atlas(flat, SIZE).take("skin")) is colors
 
 
 def photo(head, nose, above):

@@ -20,10 +20,8 @@ from bakery.stages.texture.occlusion import openness
 HOLLOW = (0.9, 0.75)  # openness from which skin is of a hollow, not and wholly
 REACH = (13.0, 9.0)  # mm from the nose's base
 RIM, SOFT = 3.0, 1.3  # mm, how far its rim goes beyond, and the blur of its border
-BEYOND = (
-    0.25,
-    0.03,
-)  # share of a hollow from which on skin tells nothing of it, up to which it does
+# Share of a hollow from which on skin tells nothing of what surrounds it, up to which it does.
+BEYOND = (0.25, 0.03)
 PORES = 0.25  # mm: what is finer stays
 SHADE = (0.4, 0.6)  # of the brightness around: darker is the photo's own nostril
 DARKER = 0.7  # of the brightness around: from there on a texel counts, by the square of what it is darker
@@ -65,6 +63,8 @@ def one_pair(colors: np.ndarray, seen: np.ndarray, head: HeadModel, atlas: Atlas
         atlas: of the head's skin, N texels.
     """
     where, texel = hollows(head, atlas.size)
+    if where.max() <= 0.5:  # a head without nostrils
+        return colors
     rows, columns = np.nonzero(where > 0.01)
     pad = round(max(BOX) / texel)
     window = np.s_[
@@ -98,6 +98,8 @@ def _shown_above(luma, sight, hollow, texel):
     middle = (column.min() + column.max()) / 2
     total = darkest = above = 0.0
     for side in (column < middle, column > middle):
+        if not side.any():
+            continue
         y, x = row[side].mean(), column[side].mean()
         beside, up, down = (round(reach / texel) for reach in BOX)
         top = max(int(y) - up, 0)
