@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from bakery import landmarks as marks
+from bakery.geometry.color import LUMA
 from bakery.geometry.curve import nearest_on
 from bakery.stages.atlas import make_atlas
 from bakery.stages.texture import creases
@@ -54,6 +55,24 @@ def test_the_cut_at_the_bottom_of_a_fold_goes_too_and_pores_stay(head):
     changed = np.abs(np.log(made / (SKIN * np.exp(pores)))[beside])
     assert np.percentile(changed, 99) < 0.05
     assert np.log(made[beside] / SKIN).std() > 0.9 * 0.06
+
+
+def test_the_hairs_of_a_beard_stay_as_fine_as_they_are(head):
+    on_skin = make_atlas(head, 1024).take("skin")
+    places, points = on_skin.at(head.mean), head.landmarks(head.mean)
+    lines = [nearest_on(places, points[line])[0] for line in creases.LINES]
+    away = np.min([np.linalg.norm(places - line, axis=1) for line in lines], 0)
+    hairs = 0.9 * (np.random.default_rng(0).random((len(places), 1)) < 0.3)
+    beard = SKIN * np.exp(-hairs - 0.3 * np.exp(-((away / 1.5) ** 2))[:, None])
+    made = creases.filled(beard, head, on_skin, 1.0)
+    rows, weight, _ = creases._beside(head, on_skin)
+    core = rows[(weight > 0.99) & (away[rows] < 1)]
+    hair = np.isclose(hairs[core, 0], 0.9)
+    apart = [
+        np.log(each[core][~hair] @ LUMA).mean() - np.log(each[core][hair] @ LUMA).mean()
+        for each in (beard, made)
+    ]
+    assert apart[1] > 0.8 * apart[0]
 
 
 def test_half_a_smile_fills_half(head, face):

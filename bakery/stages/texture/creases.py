@@ -15,7 +15,7 @@ import numpy as np
 
 from bakery import landmarks as marks
 from bakery.geometry.curve import nearest_on
-from bakery.geometry.fill import smoothstep
+from bakery.geometry.fill import normalized_blur, smoothstep
 from bakery.geometry.masks import disk
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import Atlas, uv_polygon
@@ -30,6 +30,8 @@ SOFT = 0.5  # mm, standard deviation of the blur that keeps pores and stubble fr
 MOST = 1.2  # of the logarithm
 FOLD = (0.04, 0.12)  # log by which a place was filled: no fold, one
 CUT, CUT_SOFT = 1.2, 0.15  # mm, half the width of the line at its bottom, and the blur
+# Mean log that is filled of what is fine: none of a beard, a beard; and mm of the blur that tells it.
+HAIRY, AMONG = (0.14, 0.09), 2.5
 AT_CORNER = (9.0, 5.0)  # mm from a corner of the mouth over which specks are left, are taken off
 OFF_CORNER = (0.3, 1.5)  # mm from the lips over which folds beside their corners begin to count
 SPECK, GLINT = 2.0, 1.5  # mm, half the width of the largest; of the logarithm
@@ -52,7 +54,15 @@ def filled(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) ->
     # The cut at a fold's bottom is finer than the blur. It goes where a fold went, so that pores stay.
     lift = np.log(np.maximum(made[rows], DARK) / np.maximum(colors[rows], DARK)).max(1)
     weight = weight * smoothstep(*FOLD, lift)
-    made = levelled(made, on_skin, (rows, weight, texel), 1.0, CUT, MOST, CUT_SOFT)
+    fine = levelled(made, on_skin, (rows, weight, texel), 1.0, CUT, MOST, CUT_SOFT)
+    fine = np.log(np.maximum(fine[rows], DARK) / np.maximum(made[rows], DARK))
+    # Not from a beard: where much is as fine, it is hairs.
+    much = on_skin.paint(np.zeros(len(colors), np.float32))
+    zone = much.copy()
+    much.reshape(-1)[on_skin.index[rows]] = fine.max(1) * (weight > 0)
+    zone.reshape(-1)[on_skin.index[rows]] = weight > 0
+    much = normalized_blur(much, zone, AMONG / texel).reshape(-1)[on_skin.index[rows]]
+    made[rows] *= np.exp(fine * smoothstep(*HAIRY, much)[:, None])
     out = colors.copy()
     before = np.maximum(colors[rows], DARK)
     out[rows] = before * (np.maximum(made[rows], DARK) / before) ** share
