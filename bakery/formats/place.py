@@ -17,7 +17,6 @@ import os
 import shutil
 import sys
 import tempfile
-import time
 from collections.abc import Iterator
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -33,7 +32,6 @@ LITTER = (".DS_Store", "._*", "Thumbs.db", "desktop.ini")  # that file managers 
 EXCHANGE = 2  # RENAME_EXCHANGE of renameat2(2)
 LOCK, OLD = "lock", "old"  # in hidden folders
 WORK = "work"  # how the hidden folder of a bake's finished steps ends
-FRESH = 60  # seconds in which a hidden folder without a lock may be one that is just being made
 
 
 def check_place(target: Path, overwrite: bool) -> None:
@@ -172,7 +170,7 @@ def prefix(target):
 def locked_folder(target: Path) -> Iterator[Path]:
     """A hidden folder beside the target, locked, gone when the block ends; see `remove_hidden`."""
     lock = None
-    while lock is None:  # another run may clear a folder away before its lock is taken
+    while lock is None:  # another run may clear a folder away before its lock is taken: then anew
         hidden = Path(tempfile.mkdtemp(prefix=prefix(target), dir=target.parent))
         try:
             lock = take_lock(hidden)
@@ -202,7 +200,7 @@ def take_lock(folder: Path) -> BaseFileLock | None:
     lock = FileLock(folder / LOCK)
     try:
         lock.acquire(blocking=False)
-    except (Timeout, FileNotFoundError):
+    except (Timeout, FileNotFoundError, FileExistsError):  # the latter of two at once, by pathlib
         return None
     if not (folder / LOCK).exists():
         lock.release()  # it locks a file that nobody else will see
@@ -248,7 +246,7 @@ def clean(target):
     """Clear away what killed runs left beside the target; bring back a bundle they had moved."""
     target = Path(os.path.abspath(target))
     for hidden in sorted(target.parent.glob(f"{prefix(target)}*")):
-        if hidden.name == f"{prefix(target)}{WORK}" or _just_made(hidden):
+        if hidden.name == f"{prefix(target)}{WORK}":
             continue
         try:
             lock = take_lock(hidden)
@@ -257,13 +255,3 @@ def clean(target):
         if lock is not None:  # else its process lives
             remove_hidden(hidden, target, lock)
             log.info("%s: cleared away %s, which a killed run left", target, hidden.name)
-
-
-def _just_made(hidden):
-    """Whether a hidden folder may belong to a run that has not locked it yet."""
-    if (hidden / LOCK).exists() or (hidden / OLD).exists():
-        return False
-    try:
-        return time.time() - hidden.stat().st_mtime < FRESH
-    except FileNotFoundError:
-        return True

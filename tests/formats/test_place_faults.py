@@ -81,11 +81,37 @@ def check_after(target):
     assert found in ("old", "new")
     write(target, "next")
     assert whole(target) == "next"
-    for path in target.parent.iterdir():
-        os.utime(path, (time.time() - 2 * place.FRESH,) * 2)  # as one that was left long ago
     place.clean(target)
     assert os.listdir(target.parent) == [target.name]
     return found
+
+
+def test_a_folder_that_a_kill_left_before_its_lock_is_cleared_away_at_once(tmp_path):
+    """Found by the campaign, after some 2,000 kills."""
+    (tmp_path / f"{place.prefix(tmp_path / 'a.avatar')}x").mkdir()
+    place.clean(tmp_path / "a.avatar")
+    assert os.listdir(tmp_path) == []
+
+
+def test_who_makes_a_folder_while_others_clear_away_gets_one_that_stays(tmp_path):
+    """Folders without a lock are anybody's: their maker makes another one then."""
+    target = tmp_path / "a.avatar"
+    code = (
+        "import sys, time\nfrom pathlib import Path\nfrom bakery.formats import place\n"
+        "end = time.monotonic() + 4\n"
+        "while time.monotonic() < end:\n    place.clean(Path(sys.argv[1]))\n"
+    )
+    cleaners = [subprocess.Popen([sys.executable, "-c", code, target]) for _ in range(2)]
+    made, end = 0, time.monotonic() + 3
+    while time.monotonic() < end:
+        with place.locked_folder(target) as folder:
+            (folder / "mine").write_text("kept")
+            time.sleep(0.001)
+            assert (folder / "mine").read_text() == "kept"
+        made += 1
+    assert [cleaner.wait() for cleaner in cleaners] == [0, 0] and made > 50
+    place.clean(target)
+    assert os.listdir(tmp_path) == []
 
 
 @pytest.mark.parametrize("after", [False, True], ids=["before", "after"])
