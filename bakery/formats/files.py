@@ -164,6 +164,10 @@ def _placed(file, path):
             with contextlib.suppress(OSError):
                 os.unlink(named)
             raise
+        # Renaming one name of a file to another of its own does nothing: another run gave it that place.
+        with contextlib.suppress(FileNotFoundError):
+            if os.path.samefile(named, path):
+                os.unlink(named)
         return True
     return False
 

@@ -263,6 +263,19 @@ def test_a_name_left_by_a_killed_run_goes_with_the_next_file(tmp_path, monkeypat
 
 
 @nameless
+def test_a_file_that_another_run_put_into_its_place_leaves_no_second_name(tmp_path):
+    """Of many writers: one renames the other's file, which then finds its own there."""
+    path = tmp_path / "a"
+    with open(files._nameless(tmp_path), "w+b") as file:
+        file.write(b"mine")
+        file.flush()
+        handle = file.fileno()
+        os.link(files.OPEN_FILES.format(handle), path, src_dir_fd=handle)
+        assert files._placed(file, path)
+    assert os.listdir(tmp_path) == ["a"] and path.read_bytes() == b"mine"
+
+
+@nameless
 def test_many_writers_of_one_file_leave_one_of_theirs(tmp_path):
     texts = [str(number).encode() * 1000 for number in range(300)]
     with ThreadPoolExecutor(8) as pool:
