@@ -167,6 +167,16 @@ def visibility_of(atlas: Atlas, view: View, tolerance: float = 2.0) -> Visibilit
     return Visibility(pixels, cosine, seen * bilinear(view.edge, pixels))
 
 
+def texel_size(places: np.ndarray, index: np.ndarray) -> float:
+    """Millimetres between neighbours in a row of texels: the median.
+
+    Args:
+        places: [N, 3] mm of texels; index: [N] theirs, as `Atlas.index`, rising.
+    """
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    return float(np.median(steps[np.diff(index) == 1]))
+
+
 def soften(weight: np.ndarray, inside: np.ndarray, blur: float = 1 / 400) -> np.ndarray:
     """Shrink and blur a weight [T, T] in the atlas so that no binary edge shows, keeping charts.
 

@@ -78,10 +78,9 @@ def run(inputs: base.Inputs, place: Path, count: int, seed: int = 3) -> base.Row
             shutil.rmtree(place / f"{number:02d}")
     for found, cases in sorted(hashes.items(), key=lambda each: -len(each[1]))[1:]:
         row.fail(f"{len(cases)} bundles have another hash {found[:12]}, as {cases[0]}")
-    row.note = "{bundles} bundles, {users} bakes by another user" + (
+    row.note = f"{bundles} bundles, {users} bakes by another user" + (
         "" if other else ": not possible here"
     )
-    row.counts = {"bundles": bundles, "users": users}
     return row
 
 

@@ -16,7 +16,7 @@ from bakery import landmarks as marks
 from bakery.geometry.color import LUMA
 from bakery.geometry.fill import around, normalized_blur, smoothstep
 from bakery.heads.base import HeadModel
-from bakery.stages.atlas import Atlas, uv_polygon
+from bakery.stages.atlas import Atlas, texel_size, uv_polygon
 from bakery.stages.texture.creases import levelled
 
 # Octaves: standard deviation (mm) of the blur that ends each, and the root mean square that it may have,
@@ -196,8 +196,7 @@ def _cheeks(head: HeadModel, on_skin: Atlas) -> tuple[np.ndarray, float]:
     """How surely a texel [T, T] is plain skin below the brows; mm a texel."""
     size, places = on_skin.size, on_skin.at(head.mean)
     points = head.landmarks(head.mean)
-    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
-    texel = float(np.median(steps[np.diff(on_skin.index) == 1]))
+    texel = texel_size(places, on_skin.index)
     brows, eyes = points[marks.BROWS, 1].max(), points[marks.EYE_CORNERS, 1].mean()
     weight = on_skin.paint(smoothstep(brows, eyes, places[:, 1]).astype(np.float32))
     face = uv_polygon(head, marks.OVAL, WITHIN, size).astype(np.uint8)

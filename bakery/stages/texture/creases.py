@@ -18,7 +18,7 @@ from bakery.geometry.curve import nearest_on
 from bakery.geometry.fill import normalized_blur, smoothstep
 from bakery.geometry.masks import disk
 from bakery.heads.base import HeadModel
-from bakery.stages.atlas import Atlas, uv_polygon
+from bakery.stages.atlas import Atlas, texel_size, uv_polygon
 
 # From beside the wing of the nose past the corner of the mouth, the subject's right and left.
 LINES = np.array([[203, 206, 216, 212, 202], [423, 426, 436, 432, 422]])
@@ -57,11 +57,11 @@ def filled(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) ->
     fine = levelled(made, on_skin, (rows, weight, texel), 1.0, CUT, MOST, CUT_SOFT)
     fine = np.log(np.maximum(fine[rows], DARK) / np.maximum(made[rows], DARK))
     # Not from a beard: where much is as fine, it is hairs.
-    much = on_skin.paint(np.zeros(len(colors), np.float32))
-    zone = much.copy()
-    much.reshape(-1)[on_skin.index[rows]] = fine.max(1) * (weight > 0)
-    zone.reshape(-1)[on_skin.index[rows]] = weight > 0
-    much = normalized_blur(much, zone, AMONG / texel).reshape(-1)[on_skin.index[rows]]
+    much, zone = np.zeros((2, len(colors)), np.float32)
+    zone[rows] = weight > 0
+    much[rows] = fine.max(1) * zone[rows]
+    much = normalized_blur(on_skin.paint(much), on_skin.paint(zone), AMONG / texel)
+    much = much.reshape(-1)[on_skin.index[rows]]
     made[rows] *= np.exp(fine * smoothstep(*HAIRY, much)[:, None])
     out = colors.copy()
     before = np.maximum(colors[rows], DARK)
@@ -179,6 +179,4 @@ def _around(head, on_skin, points, reach):
     places = on_skin.at(head.mean)
     low, high = points.min(0) - reach, points.max(0) + reach
     rows = np.flatnonzero(((places > low) & (places < high)).all(1))
-    steps = np.linalg.norm(np.diff(places[rows], axis=0), axis=1)
-    beside = np.diff(on_skin.index[rows]) == 1
-    return rows, places[rows], float(np.median(steps[beside]))
+    return rows, places[rows], texel_size(places[rows], on_skin.index[rows])

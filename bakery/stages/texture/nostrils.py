@@ -14,7 +14,7 @@ from bakery.geometry.masks import disk
 from bakery.heads.base import HeadModel
 from bakery.landmarks import NOSE_BASE
 from bakery.memo import once_per_object
-from bakery.stages.atlas import Atlas, make_atlas
+from bakery.stages.atlas import Atlas, make_atlas, texel_size
 from bakery.stages.texture.occlusion import openness
 
 HOLLOW = (0.9, 0.75)  # openness from which skin is of a hollow, not and wholly
@@ -43,16 +43,10 @@ def hollows(head: HeadModel, size: int) -> tuple[np.ndarray, float]:
     found = atlas.paint(
         (smoothstep(*HOLLOW, open_to) * smoothstep(*REACH, away)).astype(np.float32)
     )
-    texel = _texel(places, atlas, away < REACH[0])
+    near = away < REACH[0]
+    texel = texel_size(places[near], atlas.index[near])
     found = cv2.dilate(found, disk(max(round(RIM / texel), 1)))
     return cv2.GaussianBlur(found, (0, 0), SOFT / texel), texel
-
-
-def _texel(places, atlas, where):
-    """mm a texel, around there."""
-    rows = np.flatnonzero(where)
-    steps = np.linalg.norm(np.diff(places[rows], axis=0), axis=1)
-    return float(np.median(steps[np.diff(atlas.index[rows]) == 1]))
 
 
 def one_pair(colors: np.ndarray, seen: np.ndarray, head: HeadModel, atlas: Atlas) -> np.ndarray:
