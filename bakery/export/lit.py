@@ -20,7 +20,7 @@ from bakery.heads.base import HeadModel
 from bakery.landmarks import BROW_LEFT, BROW_RIGHT, EYES, LIPS_INNER, LIPS_OUTER
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import lay_hair
-from bakery.runtime.relight import shows_skin, unlit
+from bakery.runtime.relight import unlit
 from bakery.stages.atlas import make_atlas, uv_polygon
 
 QUALITY = 95  # of JPEG
@@ -52,8 +52,8 @@ def lit_pictures(avatar: Avatar, size: int) -> Lit:
     bare = textures.albedo * mouth_light(head, avatar.neutral, len(textures.albedo))
     hair = np.array(textures.hair, np.float32)
     # Skin beside hair is part of the layer; hair itself keeps the photo's light, as its mesh does.
-    skin = shows_skin(hair, textures.neutral)[..., None]
-    hair[..., :3] *= 1 + skin * (unlit(avatar).skin - 1)
+    light = unlit(avatar)
+    hair[..., :3] *= 1 + light.strip[..., None] * (light.skin - 1)
     color = small_picture(lay_hair(bare, hair), size)
     size = min(size, len(textures.neutral))
     covered = _shrunk(np.asarray(textures.hair[..., 3], np.float32), size)

@@ -28,6 +28,7 @@ class Unlit:
 
     skin: np.ndarray  # [T, T, 3] float32, times a face texture
     hair: np.ndarray  # [T, T, 3] float32, times the hair layer, which shows skin too, beside hair
+    strip: np.ndarray  # [T, T] float32 0..1, how surely the hair layer shows skin
     white: np.ndarray  # [3] what takes the colour of the photo's light off the rest
     exposure: float  # by which a light of mean 1 gives the face the photo's mean level
 
@@ -50,12 +51,12 @@ def unlit(avatar: Avatar) -> Unlit:
         skin = np.where(inside, np.clip(bare, 0, BRIGHTEST), skin * white)
     level, bare_level = ((texture * gain)[seen] @ LUMA for gain in (np.float32(1), skin))
     exposure = float(level.mean() / max(bare_level.mean(), 1e-6)) if seen.any() else 1.0
-    hair = white / shade
-    hair = hair + shows_skin(textures.hair, texture)[..., None] * (skin - hair)
-    return Unlit(skin.astype(np.float32), hair.astype(np.float32), white, exposure)
+    hair, strip = white / shade, _shows_skin(textures.hair, texture)
+    hair = hair + strip[..., None] * (skin - hair)
+    return Unlit(skin.astype(np.float32), hair.astype(np.float32), strip, white, exposure)
 
 
-def shows_skin(layer: np.ndarray, texture: np.ndarray) -> np.ndarray:
+def _shows_skin(layer: np.ndarray, texture: np.ndarray) -> np.ndarray:
     """How surely a hair layer [T, T, 4] shows skin: [T, T] 0..1, by the skin [T, T, 3] that it lies on."""
     layer = np.asarray(layer, np.float32)
     shown = layer[..., :3] / np.maximum(layer[..., 3:], DARKEST)
