@@ -10,7 +10,13 @@ from bakery.errors import InputError
 from bakery.formats import image
 from bakery.formats.record import read_choice
 from bakery.plugins import maker_of, plug_in
-from bakery.stages.detect import SMALLEST_FACE, detect_faces, face_size
+from bakery.stages.detect import (
+    MOST_OUTSIDE,
+    SMALLEST_FACE,
+    detect_faces,
+    face_size,
+    share_outside,
+)
 from bakery.types import Landmarks, Photo
 
 log = logging.getLogger(__name__)
@@ -114,7 +120,8 @@ def one_face(
             stands out; see `choose_face`.
 
     Raises:
-        InputError: no face stands out, there is no such face, or it is too small.
+        InputError: no face stands out, there is no such face, it is too small, or too much of
+            it lies outside of the picture.
     """
     photo, faces = find_faces(path, frame, landmarks, detector, photo)
     if number is None and landmarks:
@@ -130,5 +137,10 @@ def one_face(
         raise InputError(
             f"{path}: the face is {face_size(chosen):.0f} pixels large; at least {SMALLEST_FACE} "
             "are needed; give a larger picture"
+        )
+    if (outside := share_outside(chosen, photo.encoded.shape)) > MOST_OUTSIDE:
+        raise InputError(
+            f"{path}: {outside:.0%} of the face lie outside of the picture; at most {MOST_OUTSIDE:.0%} "
+            "may; give one that shows both eyes, nose and mouth"
         )
     return photo, chosen

@@ -10,6 +10,7 @@ from bakery import landmarks as marks
 from bakery.geometry import rotation
 from bakery.geometry.color import LUMA, to_linear
 from bakery.settings import Settings, setting
+from bakery.stages.detect import share_outside
 from bakery.stages.hair.signs import hair_signs
 from bakery.stages.segment import EYES, GLASSES, HIDDEN, LENS, SKIN, Segmentation, occlusion
 from bakery.types import EXPRESSION_INDEX, Fit, Landmarks, Photo
@@ -181,7 +182,7 @@ def measure(
         "covered": _sureness(landmarks, segmentation.labels, forward[0]),
         "cast_shadow": fit.diagnostics.get("shadow_share", 0.0),
         "dark": _white(photo, landmarks.points, segmentation.regions),
-        "cut": _outside(photo, landmarks.points),
+        "cut": share_outside(landmarks, photo.encoded.shape),
         **_strayed(photo, landmarks.points, seen),
         **_pixels(photo, landmarks, segmentation),
     }
@@ -248,12 +249,6 @@ def _white(photo, points, labels):
         if len(eye):
             seen.append(float(np.percentile(eye @ LUMA, 85)))
     return max(seen, default=1.0)
-
-
-def _outside(photo, points):
-    """Share of the face's landmarks that lie outside of the photo, where a cut face goes on."""
-    size = photo.encoded.shape[1::-1]
-    return float(((points < 0) | (points > size))[: marks.FACE].any(1).mean())
 
 
 def _strayed(photo, points, seen):

@@ -184,6 +184,24 @@ def test_a_fit_of_another_face_is_refused(bakery, crowd, head, tmp_path):
     assert len(done.stderr.splitlines()) == 1 and not (tmp_path / "t.npz").exists()
 
 
+@pytest.mark.parametrize(
+    ("side", "refused"),
+    [((0, 0.5), True), ((0, 0.53), True), ((0, 0.56), False), ((0.25, 1), False)],
+)
+def test_half_a_face_is_refused(tmp_path, side, refused):
+    """Cut through the nose or an eye; where only the far cheek is missing a warning is enough."""
+    whole = image.read_photo(Path(__file__).parents[2] / "samples" / "anna.jpg").encoded
+    first, last = (round(share * whole.shape[1]) for share in side)
+    image.write_image(tmp_path / "cut.png", whole[:, first:last])
+    if refused:
+        with pytest.raises(
+            InputError, match="% of the face lie outside of the picture; at most 25"
+        ):
+            one_face(tmp_path / "cut.png")
+    else:
+        one_face(tmp_path / "cut.png")
+
+
 @pytest.mark.parametrize("name", ["lisa/lisa1.jpg", "lisa/lisa2.jpg", "congress/val/S001145.jpg"])
 def test_photos_with_things_like_faces_show_one(shared, name):
     """A painted landscape; a photo in whose backdrop the detector has seen a face of 33 pixels."""
