@@ -108,7 +108,7 @@ def verify_bundle(bundle: Path, anchors: bytes = b"") -> Signed:
         bundles.read_manifest(bundle)  # whether it is a bundle at all
         raise BundleError(f"{bundle}: carries no {SIGNATURE}; `bakery sign` makes one")
     data, store = read_bytes(path), read_bytes(place, jumbf.LARGEST)
-    said = signing.check_beside(str(path), data, store, anchors)
+    said = signing.check_beside(str(path), str(place), data, store, anchors)
     manifest = bundles.read_manifest(bundle)
     found, _ = file_problems(bundle, manifest)
     if found:

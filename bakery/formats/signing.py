@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from bakery import __version__
 from bakery.errors import InputError
@@ -37,6 +37,7 @@ PROFILE = (
     "usage such as email protection"
 )
 UNTRUSTED = "signingCredential.untrusted"
+OTHER_BYTES = "assertion.dataHash.mismatch"
 BESIDE = "application/json"  # kind of what a sidecar is about
 
 
@@ -308,29 +309,32 @@ def check_file(path: str | Path, anchors: bytes = b"") -> Signed:
     if not store:
         raise InputError(f"{path}: carries no C2PA signature; `bakery sign` makes one")
     with open(path, "rb") as file:
-        said = _checked(str(path), kind or None, file, None, anchors)
+        said = _checked(str(path), str(path), kind or None, file, None, anchors)
     if said.generator.startswith(f"{NAME} ") and jumbf.is_loose(store, around):
         raise _changed(path, "its manifest")
     return said
 
 
-def check_beside(where: str, data: bytes, store: bytes, anchors: bytes = b"") -> Signed:
+def check_beside(
+    where: str, beside: str, data: bytes, store: bytes, anchors: bytes = b""
+) -> Signed:
     """Check a C2PA manifest store about some bytes.
 
     Args:
-        where: how messages call them.
+        where, beside: how messages call the bytes and the store.
         anchors: as for `check_file`.
 
     Raises:
         InputError: the extra is missing, or the signature does not hold.
     """
-    said = _checked(where, BESIDE, io.BytesIO(data), store, anchors)
+    said = _checked(where, beside, BESIDE, io.BytesIO(data), store, anchors)
     if said.generator.startswith(f"{NAME} ") and jumbf.is_loose(store):
-        raise _changed(where, "its signature's file")
+        raise _changed(beside, "bytes that nothing vouches for")
     return said
 
 
-def _checked(where: str, kind: str | None, file: BinaryIO, store: bytes | None, anchors: bytes):
+def _checked(where, holder, kind, file, store, anchors):
+    """`holder` is what the signature stands in: it changed, unless the signed bytes' hash alone differs."""
     c2pa = library()
     try:
         with (
@@ -339,7 +343,7 @@ def _checked(where: str, kind: str | None, file: BinaryIO, store: bytes | None, 
         ):
             state, table = reader.get_validation_state(), json.loads(reader.json())
     except c2pa.C2paError as error:
-        raise _changed(where, _reason(error)) from None
+        raise _changed(holder, _reason(error)) from None
     active = table["manifests"][table["active_manifest"]]
     failed = [one["code"] for one in table["validation_results"]["activeManifest"]["failure"]]
     if not anchors:
@@ -347,7 +351,8 @@ def _checked(where: str, kind: str | None, file: BinaryIO, store: bytes | None, 
     if "signingCredential.expired" in failed:
         raise InputError(f"{where}: the signer's certificate expired; have it signed again")
     if state not in ("Valid", "Trusted"):
-        raise _changed(where, ", ".join(failed) or "not valid")
+        blamed = where if failed == [OTHER_BYTES] else holder
+        raise _changed(blamed, ", ".join(failed) or "not valid")
     signer = active.get("signature_info", {})
     by, organisation = (_line(signer.get(key)) for key in ("common_name", "issuer"))
     if anchors and state != "Trusted":

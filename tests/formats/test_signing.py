@@ -100,14 +100,14 @@ def test_no_byte_of_a_signed_file_may_change(kind, signed, tmp_path):
 def test_no_byte_beside_a_sidecar_may_change(credentials):
     data = b'{"files": []}'
     store = signing.sign_beside(data, MARK, credentials)
-    assert signing.check_beside("it", data, store).by == "signer"
+    assert signing.check_beside("it", "its store", data, store).by == "signer"
     for at in range(len(store)):
-        with pytest.raises(InputError):
+        with pytest.raises(InputError, match="^its store: "):
             changed = store[:at] + bytes([store[at] ^ 0xFF]) + store[at + 1 :]
-            signing.check_beside("it", data, changed)
+            signing.check_beside("it", "its store", data, changed)
     for other in (data + b" ", data[:-1], b'{"files": [0]}'):
-        with pytest.raises(InputError, match="changed since it was signed"):
-            signing.check_beside("it", other, store)
+        with pytest.raises(InputError, match="^it: changed since it was signed"):
+            signing.check_beside("it", "its store", other, store)
 
 
 def assertion(store, label):
