@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from bakery.cli import options
-from bakery.errors import BundleError
+from bakery.errors import BundleError, InputError
 
 bundle = click.argument("bundle", type=click.Path(path_type=Path))
 
@@ -72,6 +72,10 @@ def validate(bundle, as_json):
     """
     from bakery.export.validate import examine
 
+    if bundle.is_file():
+        raise InputError(
+            f"{bundle}: is a file, and bundles are folders; give one, or ask `bakery inspect` about the file"
+        )
     report = examine(bundle)
     found, notes = report.problems, report.notes
     if as_json:

@@ -32,7 +32,10 @@ def may_write(path, overwrite, inputs=(), endings=()):
     if path is None:
         return
     if endings and path.suffix.lower() not in endings:
-        raise UsageProblem(f"{path}: ends in none of {', '.join(endings)}; give another name")
+        raise UsageProblem(
+            f"{path}: names no file that ends in {' or '.join(endings)}, as what is written does; "
+            "give such a name"
+        )
     there = _there(path)
     _apart(path, inputs)
     _outside_bundles(path)

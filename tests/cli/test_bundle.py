@@ -129,6 +129,12 @@ def test_damage_is_found(copy, case):
     assert not any("\n" in line for line in found)
 
 
+def test_validate_of_a_file_names_the_command_for_files(bundle, bakery):
+    done = bakery("validate", bundle / "avatar.json")
+    assert done.returncode == 1 and "is a file" in done.stderr and "inspect" in done.stderr
+    assert len(done.stderr.splitlines()) == 1 and not done.stdout
+
+
 def test_validate_and_readers_refuse_damage_in_one_line(copy, bakery, tmp_path):
     damage("face.exr")(copy)
     done = bakery("validate", copy)

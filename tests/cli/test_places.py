@@ -225,7 +225,7 @@ def test_endings_are_told_before_the_work(tmp_path, capsys):
     ):
         assert run(words) in (1, 2)
         said = capsys.readouterr().err
-        assert "ends in none of" in said or "videos are written as" in said, said
+        assert "names no file that ends in" in said or "videos are written as" in said, said
 
 
 def test_may_write(tmp_path):
