@@ -39,6 +39,7 @@ codec = click.option(
     "--view", default="front", show_default=True,
     help="photo (of a bundle built with --keep-photo), front or YAW,PITCH.",
 )  # fmt: skip
+@options.framing
 @click.option(
     "--size", default=512, show_default=True, type=click.IntRange(16, 4096),
     help="Pixels of the longer side; even for videos.",
@@ -63,7 +64,7 @@ codec = click.option(
 @click.option("--work", type=click.Path(path_type=Path), help="Folder for finished parts, kept.")
 @options.overwrite
 def animate(
-    bundle, curves, output, view, size, frames, fps, base, sound, gain, neutral, codec, textures,
+    bundle, curves, output, view, framing, size, frames, fps, base, sound, gain, neutral, codec, textures,
     hair, work, overwrite,
 ):  # fmt: skip
     """Play a take with BUNDLE into a video or into pictures. An interrupted run goes on where it
@@ -95,8 +96,8 @@ def animate(
         raise click.UsageError(f"--codec {codec}: PNG frames have none")
     first, last = parse_frames(frames)
     settings = RenderSettings(
-        view=frame.parse(view=view)["view"], size=size, rate=fps, first=first, last=last,
-        dynamic=textures == "dynamic", hair=hair, film=sequence is None, codec=codec,
+        view=frame.parse(view=view)["view"], framing=framing, size=size, rate=fps, first=first,
+        last=last, dynamic=textures == "dynamic", hair=hair, film=sequence is None, codec=codec,
     )  # fmt: skip
     with options.progress(Path(str(output)).name) as progress:
         take, made = files.animate(

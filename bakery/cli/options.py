@@ -30,6 +30,10 @@ SETTINGS = {  # whose settings --set changes -> where its options dataclass is
 
 photo = click.argument("photo", type=PATH)
 photos = click.argument("photos", nargs=-1, required=True, type=PATH)
+framing = click.option(  # `runtime.framing.FRAMINGS`, whose module is slow to import
+    "--framing", type=click.Choice(["head", "face"]), default="head", show_default=True,
+    help="What front and YAW,PITCH hold: the whole head from any side, or the face, nearer.",
+)  # fmt: skip
 overwrite = click.option("--overwrite", is_flag=True, help="Replace what is already there.")
 dry_run = click.option(
     "-n", "--dry-run", is_flag=True, help="Check the input and say what would be done."

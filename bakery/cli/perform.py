@@ -39,6 +39,7 @@ PLAN = {
 @click.option(
     "--view", default="front", show_default=True, help="front or YAW,PITCH, without --over."
 )
+@options.framing
 @click.option(
     "--size", type=click.IntRange(16, 4096),
     help="Pixels of the longer side; even (512; over CLIP2 that of CLIP2).",
@@ -66,7 +67,7 @@ PLAN = {
 @click.option("--work", type=click.Path(path_type=Path), help="Folder for finished parts, kept.")
 @options.overwrite
 def perform(
-    source, clip, output, by, over, over_face, view, size, frames, hair, codec, settings, work, overwrite, **wanted
+    source, clip, output, by, over, over_face, view, framing, size, frames, hair, codec, settings, work, overwrite, **wanted
 ):  # fmt: skip
     """Play what the person in CLIP does with the person of a portrait or a bundle. An interrupted
     run goes on where it stopped.
@@ -103,6 +104,7 @@ def perform(
     first, last = parse_frames(frames)
     chosen = RenderSettings(
         view=frame.parse(view=view)["view"],
+        framing=framing,
         size=size or 512,
         first=first,
         last=last,

@@ -27,10 +27,7 @@ from bakery.cli import complete, options
     "--view", default="front", show_default=True,
     help="photo (of a bundle built with --keep-photo), front or YAW,PITCH.",
 )  # fmt: skip
-@click.option(
-    "--framing", type=click.Choice(["head", "face"]), default="head", show_default=True,
-    help="What front and YAW,PITCH hold: the whole head from any side, or the face, nearer.",
-)  # fmt: skip
+@options.framing
 @click.option("--size", type=click.IntRange(16, 8192), help="Pixels on a side (512).")
 @click.option(
     "--background", metavar="none|gray|photo|#RRGGBB",

@@ -142,7 +142,7 @@ def _players(avatar: Avatar, performed: Performed, settings, head, clip):
 
 def _rates(avatar, performed, head, clip):
     """Frames a second of each way at 512x512, in a view of its own."""
-    settings, out = RenderSettings(size=512, rate=RATE), {}
+    settings, out = RenderSettings(framing="face", size=512, rate=RATE), {}
     for name, player in _players(avatar, performed, settings, head, clip).items():
         list(player.pictures(range(WARM)))
         count = min(player.count, {"avatar": 120, "transfer": 48}.get(name, 12))

@@ -18,14 +18,13 @@ from bakery.geometry import rotation
 from bakery.geometry.color import to_encoded
 from bakery.heads.base import gaze_of
 from bakery.parallel import side_by_side
+from bakery.runtime.framing import FRAMINGS, framed_camera
 from bakery.runtime.player import Player
 from bakery.runtime.render import in_photo, over_gray, over_photo, portrait_at
-from bakery.stages.condition import face_camera
 from bakery.stages.fit.gaze import LIMIT
 from bakery.types import Camera
 
 PART = 150  # frames that are encoded together, and lost together by an interruption
-FACE_RATIO = 0.6  # of the picture's height that the face takes, as `bakery render` shows it
 
 
 @dataclass(frozen=True)
@@ -33,6 +32,7 @@ class RenderSettings:
     """How a take is drawn."""
 
     view: str | tuple[float, float] = "front"  # "photo", "front" or (yaw, pitch) degrees
+    framing: str = FRAMINGS[0]  # of views other than the photo's own
     size: int = 512  # pixels of the longer side
     rate: float | None = None  # frames a second; None is the take's own
     first: int = 0  # frame of the take that is shown first
@@ -123,9 +123,10 @@ class AnimationPlayer:
         avatar, settings, size = self.avatar, self.settings, self.settings.size
         if settings.view != "photo":
             yaw, pitch = (0.0, 0.0) if settings.view == "front" else settings.view
-            return face_camera(
-                avatar.fit, avatar.head, avatar.neutral, yaw, pitch, size, FACE_RATIO
-            )
+            return framed_camera(
+                settings.framing, avatar.fit, avatar.head, avatar.neutral, yaw, pitch, size,
+                avatar.textures.hair_mesh if settings.hair else None,
+            )  # fmt: skip
         camera = avatar.fit.camera
         scale, step = size / max(camera.width, camera.height), 2 if settings.film else 1
         width, height = (

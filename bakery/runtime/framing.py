@@ -6,10 +6,12 @@ import numpy as np
 from bakery.geometry import camera as cameras
 from bakery.heads.base import HeadModel, weights
 from bakery.landmarks import CHIN
-from bakery.stages.condition import SIZE
+from bakery.stages.condition import SIZE, face_camera
 from bakery.types import Camera, Fit, HairMesh
 
 STEPS = 200  # towards the smallest ball: within a millimetre of it
+FRAMINGS = ("head", "face")  # the whole head and its hair from any side, or the face, nearer
+FACE_RATIO = 0.6  # of the picture's height that the face takes, framed as a face
 MARGIN = 1.06  # of the ball around the head, for lashes, lips that are pushed out and air
 
 
@@ -98,3 +100,19 @@ def head_camera(
     corner = (low + high) / 2 - size / 2 / scale
     framed = cameras.crop(straight, corner[0], corner[1], size, size, scale)
     return cameras.view(framed, yaw, pitch, center)
+
+
+def framed_camera(
+    framing: str,
+    fit: Fit,
+    head: HeadModel,
+    neutral: np.ndarray,
+    yaw: float,
+    pitch: float,
+    size: int,
+    hair: HairMesh | None,
+) -> Camera:
+    """The camera of one of `FRAMINGS`; arguments as `head_camera`."""
+    if framing == "face":
+        return face_camera(fit, head, neutral, yaw, pitch, size, FACE_RATIO)
+    return head_camera(fit, head, neutral, yaw, pitch, size, hair)

@@ -22,16 +22,14 @@ from bakery.heads.lashes import carried, own_vertices
 from bakery.landmarks import face_size
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import face_texture
-from bakery.runtime.framing import head_camera
+from bakery.runtime.framing import framed_camera
 from bakery.runtime.render import draw, over_gray, over_photo, portrait_at
-from bakery.stages.condition import face_camera
 from bakery.stages.fit.gaze import LIMIT
 from bakery.stages.fit.rest import played_back
 from bakery.stages.fit.warp import residual_offsets
 from bakery.types import EXPRESSIONS, Fit
 
 SIZE = 512  # pixels
-FACE_RATIO = 0.6  # of the picture's height that the face takes, framed as a face
 VIEWS = ("photo", "front")
 BACKGROUNDS = ("none", "gray", "photo")
 MASKS = (".png", ".jpg", ".webp")  # files that masks are written to
@@ -305,10 +303,10 @@ def _camera(avatar, scene):
         camera = avatar.fit.camera
     else:
         yaw, pitch = (0.0, 0.0) if scene.view == "front" else scene.view
-        seen = (avatar.fit, avatar.head, avatar.neutral, yaw, pitch, scene.size or SIZE)
-        if scene.framing == "face":
-            return face_camera(*seen, FACE_RATIO)
-        return head_camera(*seen, hair=avatar.textures.hair_mesh if scene.hair else None)
+        return framed_camera(
+            scene.framing, avatar.fit, avatar.head, avatar.neutral, yaw, pitch, scene.size or SIZE,
+            avatar.textures.hair_mesh if scene.hair else None,
+        )  # fmt: skip
     if scene.size is None:
         return camera
     scale = scene.size / max(camera.width, camera.height)

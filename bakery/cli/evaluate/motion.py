@@ -98,7 +98,7 @@ def animate(bundle, curves, base, size, frames, view, kind):
 
     first, last = parse_frames(frames)
     settings = RenderSettings(
-        view=frame.parse(view=view)["view"], size=size, first=first, last=last
+        view=frame.parse(view=view)["view"], framing="face", size=size, first=first, last=last
     )
     result = playing.measure(open_avatar(bundle), read_take(curves, base), settings, kind)
     click.echo(json.dumps(vars(result)))
