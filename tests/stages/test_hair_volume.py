@@ -11,13 +11,14 @@ from bakery.geometry import camera as cameras
 from bakery.geometry.raster import rasterize
 from bakery.heads.file import load_head
 from bakery.stages.hair import chart, make_hair
-from bakery.stages.hair.atlas import pack
+from bakery.stages.hair.atlas import map_cap, pack
 from bakery.stages.hair.chart import COLUMNS, ROWS
-from bakery.stages.hair.directions import photographed
-from bakery.stages.hair.mesh import _clipped
+from bakery.stages.hair.directions import flow, photographed
+from bakery.stages.hair.mesh import WIDEST, WIDEST_HEM, _clipped, cap_surface, ribbons
 from bakery.stages.hair.portrait import look
 from bakery.stages.hair.presence import _held
 from bakery.stages.hair.shell import PIERCED, _beside_lobes, _hidden, make_shell
+from bakery.stages.hair.strands import grow
 from bakery.stages.segment import BACKGROUND, EARS, HAIR, HAT, SKIN, Segmentation
 from bakery.types import EXPRESSIONS, HAIR_TRIANGLES, Camera, Fit
 
@@ -313,6 +314,56 @@ def test_cards_do_not_overlap_in_the_atlas():
         taken[top : top + tall, left : left + wide] += 1
     assert taken.max() == 1 and taken[: int(0.3 * 1024)].sum() == 0
     assert taken.mean() > 0.4  # most of the room below the cap is used
+
+
+@pytest.fixture(scope="module")
+def locks(head, fit):
+    """A shell of two locks that hang 100 mm apart from the neck: beside it, the shell is square to the chart."""
+    y, x = np.mgrid[:SIDE, :SIDE] + 0.5
+    hair = bob(head, fit, 16, 40)
+    hair |= (np.abs(np.abs(x - 200) - 85) < 28) & (y > 190) & (y < 340)
+    picture, seen = painted(head, fit, hair)
+    portrait = look(picture, seen, fit, head, head.mean)
+    return portrait, make_shell(portrait, head, head.mean)
+
+
+def test_cards_keep_their_width_where_the_shell_is_square_to_the_chart(locks):
+    """They were up to ten times as wide, and showed the photo as a smear."""
+    portrait, shell = locks
+    assert shell.sides()[0][shell.there > 0.5].max() > 25  # of 3.75 degrees
+    wisps = grow(shell, flow(portrait, shell, *photographed(portrait))[0], 300, 14.0, 90.0)
+    edges, _ = ribbons(shell, wisps, portrait.camera)
+    wide = np.linalg.norm(edges[:, :, 1] - edges[:, :, 0], axis=-1).max(1)
+    most = np.where(wisps.hem, WIDEST_HEM, WIDEST)
+    # Either edge is moved three times, and then stands off by itself.
+    assert np.percentile(wide / (wisps.width * most), 95) < 1.3
+
+
+def test_length_of_wisps_is_that_of_their_lines(locks):
+    portrait, shell = locks
+    wisps = grow(shell, flow(portrait, shell, *photographed(portrait))[0], 300, 14.0, 90.0)
+    along = np.linalg.norm(np.diff(wisps.points, axis=1), axis=-1).sum(1)
+    assert (along < 1.02 * wisps.length + 0.1).all()  # knots cut corners
+    assert np.median(along / wisps.length) > 0.95
+    assert wisps.length[~wisps.hem].max() <= 90.0
+
+
+def test_places_on_the_cap_and_cells_of_them(locks):
+    portrait, shell = locks
+    surface, inner = cap_surface(shell, portrait)
+    cap = map_cap(shell, surface, inner, 80)
+    cells = np.random.default_rng(2).uniform(0, 1, (200, 2)) * [COLUMNS, 80]
+    np.testing.assert_allclose(cap.cells(cap.places(cells)), cells, atol=1e-9)
+    np.testing.assert_allclose(cap.places(np.array([[0, 0], [COLUMNS, 80]])), [[0, 0], [1, 1]])
+
+
+def test_what_is_seen_and_wide_has_room_on_the_cap(locks):
+    """Locks beside the neck have more columns than the back of the head."""
+    portrait, shell = locks
+    surface, inner = cap_surface(shell, portrait)
+    wide = np.diff(map_cap(shell, surface, inner, 80).columns)
+    beside = np.unravel_index((shell.sides()[0] * (shell.seen > 0.5)).argmax(), shell.seen.shape)[1]
+    assert wide[beside] > 2 * wide[[0, -1]].max() and wide.min() > 0.2 / COLUMNS
 
 
 def test_bits_that_hang_by_nothing_are_dropped():

@@ -7,7 +7,6 @@ from bakery.heads.base import HeadModel
 from bakery.landmarks import CHIN
 from bakery.stages.hair import atlas as atlases
 from bakery.stages.hair import mesh as meshes
-from bakery.stages.hair.chart import COLUMNS
 from bakery.stages.hair.curls import curliness, take_curls
 from bakery.stages.hair.directions import flow, photographed
 from bakery.stages.hair.painter import Painter
@@ -103,10 +102,10 @@ def _assembled(painter, wisps, chin, size):
     levels = (rank < room[0]) * 1 + (rank < room[1]) * 2
     shown = shell.chart.take(shell.seen, wisps.cells).mean(1)
     dense = 0.75 + 0.6 * shown  # what the photo shows is told finer
-    layout = atlases.pack(wisps.width * wider * dense, wisps.length * dense, size)
-    rows = float(
-        max([part.cells[:, 1].max() for part in (fine, coarse) if len(part.cells)], default=1)
-    )
+    across = np.linalg.norm(edges[:, :, 1] - edges[:, :, 0], axis=-1).max(1)
+    layout = atlases.pack(across * dense, wisps.length * dense, size)
+    lowest = max([part.cells[:, 1].max() for part in (fine, coarse) if len(part.cells)], default=1)
+    cap_map = atlases.map_cap(shell, surface, inner, int(np.ceil(lowest)))
     texture = np.zeros((size, size, 4), np.float32)
     direction = np.zeros((size, size, 2), np.float32)
     along = np.zeros((size, size), np.float32)
@@ -118,7 +117,7 @@ def _assembled(painter, wisps, chin, size):
     off_scalp = 1 - shell.chart.take(shell.growth, wisps.cells).mean(1)
     fringe = (over > 0.5) & (off_scalp > 0.5)
     solid = np.where(fringe, 1.0, np.clip(2 * off_scalp - 0.6, 0, 1))
-    atlases.paint_cap(painter, surface, size, rows, texture, direction, source)
+    atlases.paint_cap(painter, surface, cap_map, size, texture, direction, source)
     atlases.paint_cards(
         painter, layout, edges, cells, solid, wisps, texture, direction, along, source
     )
@@ -138,7 +137,7 @@ def _assembled(painter, wisps, chin, size):
         total += len(points)
 
     def cap_uv(part):
-        return part.cells / [COLUMNS, rows] * [1.0, tall / size]
+        return cap_map.places(part.cells) * [1.0, tall / size]
 
     count = len(wisps.layer)
     for part, level in ((fine, 1), (coarse, 6)):

@@ -9,7 +9,7 @@ from bakery.geometry.fill import smoothstep
 from bakery.stages.hair.chart import COLUMNS
 from bakery.stages.hair.pattern import curl_alpha, strand_alpha, streaks
 from bakery.stages.hair.portrait import at
-from bakery.stages.hair.shell import in_the_air
+from bakery.stages.hair.shell import Shell, in_the_air
 from bakery.stages.hair.strands import KNOTS
 
 CAP_PART = 0.3  # of the atlas's height
@@ -18,6 +18,9 @@ STRAND = 0.7  # mm, width of the strands that are made up
 PAST = 7.0  # mm that tips of a hem may go past the photo's outline
 CRISP = 0.3, 0.6  # of what the photo leaves of them: nothing, and all
 OBSERVED, INFERRED = 1, 3
+# Of the room of what the photo shows, what unseen parts of the cap get; the percentile of all lengths of a row
+# or column that its own is; of their mean, the least that one gets.
+UNSEEN_CAP, WIDEST, NARROWEST = 0.35, 90, 0.4
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +31,55 @@ class Layout:
     top: np.ndarray
     width: np.ndarray
     height: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class CapMap:
+    """Where the cells of the chart lie on the cap's part of the atlas, 0..1 each way.
+
+    Columns and rows are as wide as what they hold: locks that hang beside the neck stand square to the
+    chart's columns, and a few of those hold what the photo shows of them.
+    """
+
+    columns: np.ndarray  # [COLUMNS + 1], where each begins
+    rows: np.ndarray  # [n + 1]
+
+    def places(self, cells: np.ndarray) -> np.ndarray:
+        """Places [..., 2] of cells [..., 2]."""
+        ends = (self.columns, self.rows)
+        return np.stack(
+            [np.interp(cells[..., k], np.arange(len(ends[k])), ends[k]) for k in (0, 1)], -1
+        )
+
+    def cells(self, places: np.ndarray) -> np.ndarray:
+        """Cells [..., 2] of places [..., 2]."""
+        ends = (self.columns, self.rows)
+        return np.stack(
+            [np.interp(places[..., k], ends[k], np.arange(len(ends[k]))) for k in (0, 1)], -1
+        )
+
+
+def map_cap(shell: Shell, surface: np.ndarray, inner: np.ndarray, rows: int) -> CapMap:
+    """The map of a cap.
+
+    Args:
+        surface, inner: of `mesh.cap_surface`.
+        rows: of the chart, that are on it.
+    """
+    column, row = np.meshgrid(np.arange(COLUMNS + 1.0), np.arange(rows + 1.0))
+    cells = np.stack([column, row], -1)
+    points = shell.chart.place(cells, shell.chart.take(surface, cells))
+    seen = shell.chart.take(shell.seen * (inner > 0), cells)
+    share = UNSEEN_CAP + (1 - UNSEEN_CAP) * np.clip(seen, 0, 1)
+    ends = []
+    for axis in (1, 0):
+        apart = np.linalg.norm(np.diff(points, axis=axis), axis=-1)
+        near = (np.delete(share, -1, axis) + np.delete(share, 0, axis)) / 2
+        wide = np.percentile(apart * near, WIDEST, axis=1 - axis)
+        wide = np.convolve(np.pad(wide, 1, "edge"), np.ones(3) / 3, "valid")
+        wide = np.maximum(wide, NARROWEST * wide.mean())
+        ends.append(np.concatenate([[0], np.cumsum(wide) / wide.sum()]))
+    return CapMap(*ends)
 
 
 def pack(width: np.ndarray, length: np.ndarray, size: int) -> Layout:
@@ -122,18 +174,22 @@ def paint_cards(painter, layout, edges, cells, solid, wisps, texture, direction,
     source[row, column] = np.where(shown > 0.5, OBSERVED, INFERRED)
 
 
-def paint_cap(painter, surface, size, rows, texture, direction, source):
-    """Paint the cap's part of the atlas; `rows` of the chart are on it."""
+def paint_cap(painter, surface, cap_map, size, texture, direction, source):
+    """Paint the cap's part of the atlas."""
     tall = int(CAP_PART * size)
     y, x = np.mgrid[:tall, :size]
-    cells = np.stack([(x + 0.5) / size * COLUMNS, (y + 0.5) / tall * rows], -1).reshape(-1, 2)
+    places = np.stack([(x + 0.5) / size, (y + 0.5) / tall], -1).reshape(-1, 2)
+    cells = cap_map.cells(places)
     shell = painter.shell
     points = shell.chart.place(cells, shell.chart.take(surface, cells))
     flow = shell.chart.take(painter.flow, cells)
     ahead, _ = shell.chart.cell(points + flow)
-    step = (ahead - cells + COLUMNS / 2) % COLUMNS - COLUMNS / 2
-    step[:, 1] = (ahead - cells)[:, 1]
-    step = step * [size / COLUMNS, tall / rows]  # texels a mm
+    step = ahead - cells
+    step[:, 0] = (step[:, 0] + COLUMNS / 2) % COLUMNS - COLUMNS / 2
+    near = cells + 0.5 * step / np.maximum(np.abs(step).max(1, keepdims=True), 1e-6)
+    # Texels a cell, there: what lies ahead may be beyond the seam.
+    step = step * (cap_map.places(near) - places) / np.where(near == cells, 1, near - cells)
+    step = step * [size, tall]  # texels a mm
     noise = _drawn_out(step.reshape(tall, size, 2).astype(np.float32))
     curl = painter.curled(points, cells)
     color, shown, _ = painter.color(points, cells, noise.reshape(-1), curl, skin=True)

@@ -34,6 +34,9 @@ BESIDE = 3.0  # mm that the cap ends before a hairline beside the face: single h
 EVEN = 10.0  # mm beside its border in which it has no steps
 RISE = 8.0  # mm over which it rises from its border
 ENDS = 3  # rows above the end of hanging hair at which its core ends
+# Times its width that a card may have where the shell is nearly square to the chart, and one of a hem, that
+# closes a line; how often its edges are moved in for that.
+WIDEST, WIDEST_HEM, MOVED = 1.3, 2.0, 3
 FINE, COARSE = (2, 2), (4, 4)  # rows and columns of the chart between the cap's vertices
 HANGS = 16  # rows below the equator from which the cap has an inner side
 
@@ -209,8 +212,16 @@ def ribbons(
     lift = lift * (0.72 + 0.28 * smoothstep(0, 0.35, t))
     tilt = np.where(np.arange(len(points)) % 2, 0.05, -0.05)[:, None]
     edges, cells = [], []
+    middle = shell.surface(wisps.cells, lift)
+    most = half * np.where(wisps.hem, WIDEST_HEM, WIDEST)[:, None]
     for sign in (-1.0, 1.0):
-        at_, _ = shell.chart.cell(points + sign * half[..., None] * side)
+        # Where the shell stands square to the chart a step aside is a long way on it.
+        aside = half[..., None] * side
+        for _ in range(MOVED):
+            at_, _ = shell.chart.cell(points + sign * aside)
+            wide = np.linalg.norm(shell.surface(at_, lift) - middle, axis=-1)
+            aside = aside * np.minimum(most / np.maximum(wide, 1e-3), 1)[..., None]
+        at_, _ = shell.chart.cell(points + sign * aside)
         edge = shell.surface(at_, lift + sign * tilt)
         outward = edge - shell.chart.center
         outward[..., 1] *= at_[..., 1] < DOME

@@ -54,6 +54,8 @@ APART = (
     0.15,
     0.3,
 )  # distance of two sRGB colours, below which nothing is told by them, and from which all is
+APART_CLOTHES = 0.08, 0.2  # the same of clothes, of whose colour little is enough to be seen
+SURELY_HAIR = 0.5  # of the way to the middle hair's colour
 JEWEL, JEWEL_RIM = 5.0, 2.0  # mm, half the width of the largest, and around what glitters
 GLITTERS = 1.6  # log by which it is lighter than the hair around
 NOTHING = 1e5  # mm, depth where no head is
@@ -145,9 +147,9 @@ def look(
     level = float(cameras.project(np.zeros(3), cut)[1])
     hair = _matte(picture, solid, regions, scale_mm)
     hair = hair * unlike_backdrop(picture, hair, regions == BACKGROUND, level, scale_mm)
-    share = _share_of_hair(picture, hair, labels == SKIN, HAIRLINE, scale_mm)
+    share = _share_of_hair(picture, hair, labels == SKIN, HAIRLINE, scale_mm, bare=True)
     # A collar that shows between strands is hair's, in shape; in colour it is not.
-    dressed = _share_of_hair(picture, hair, labels == CLOTHES, COLLAR, scale_mm)
+    dressed = _share_of_hair(picture, hair, labels == CLOTHES, COLLAR, scale_mm, bare=False)
     pure = hair * smoothstep(*MIXED, np.minimum(share, dressed))
     hair = hair * smoothstep(*LIKE_SKIN, share)
     linear = to_linear(picture)
@@ -290,7 +292,7 @@ def unlike_backdrop(
     return (1 - apart * between * smoothstep(0.6, 0.25, share)).astype(np.float32)
 
 
-def _share_of_hair(picture, hair, other, reach, scale):
+def _share_of_hair(picture, hair, other, reach, scale, bare):
     """How far a pixel [H, W] is on the way from the colour of what lies beside hair to the hair's, 0..1; 1 elsewhere.
 
     Labels know a hairline to a few millimetres. What is left of temples in them is skin on hair.
@@ -298,6 +300,8 @@ def _share_of_hair(picture, hair, other, reach, scale):
     Args:
         other: [H, W] bool, skin or clothes.
         reach: mm from it, beyond which all is hair.
+        bare: whether it is skin. What is greyer than that is hair, as at temples; of clothes little colour is
+            enough to be seen, and labels of locks before them hold some.
     """
     core = cv2.distanceTransform(other.astype(np.uint8), cv2.DIST_L2, 3) / scale > BARE
     if not core.any():
@@ -306,11 +310,17 @@ def _share_of_hair(picture, hair, other, reach, scale):
     inner = (hair > 0.9) & (away > reach)
     if not inner.any():
         return np.ones_like(hair)
-    bare, own = (diffuse(picture, mask.astype(np.float32)) for mask in (core, inner))
+    behind = diffuse(picture, core.astype(np.float32))
+    if not bare:
+        _, length, share = _on_the_way(picture, behind, np.median(picture[inner], 0))
+        inner &= (share > SURELY_HAIR) | (length < APART_CLOTHES[1] ** 2)
+    own = diffuse(picture, inner.astype(np.float32))
     smooth = normalized_blur(picture, np.maximum(hair, other), max(PATCH * scale, 0.3))
-    _, length, share = _on_the_way(smooth, bare, own)
-    share = np.maximum(share, _greyer(smooth, bare))
-    apart = smoothstep(*APART, np.sqrt(length)) * smoothstep(reach, 0.7 * reach, away)
+    _, length, share = _on_the_way(smooth, behind, own)
+    if bare:
+        share = np.maximum(share, _greyer(smooth, behind))
+    apart = smoothstep(*(APART if bare else APART_CLOTHES), np.sqrt(length))
+    apart = apart * smoothstep(reach, 0.7 * reach, away)
     return (1 - apart * (1 - np.clip(share, 0, 1))).astype(np.float32)
 
 

@@ -75,6 +75,20 @@ class Shell:
         base, radius = (self.chart.take(g, cells) for g in (self.base, self.radius))
         return self.chart.place(cells, base + share * (radius - base))
 
+    def sides(self) -> tuple[np.ndarray, np.ndarray]:
+        """How wide and how tall each cell is on the shell: [ROWS, COLUMNS] mm each.
+
+        Where hair hangs beside the neck, the shell is nearly square to the chart: a cell is 50 mm wide.
+        """
+        cells = charts.grid()
+        wide, tall = (
+            np.linalg.norm(
+                self.surface(cells + step, 1.0) - self.surface(cells - step, 1.0), axis=-1
+            )
+            for step in ([0.5, 0.0], [0.0, 0.5])
+        )
+        return wide, tall
+
 
 def told(shell: Shell) -> np.ndarray:
     """How far the photo may tell where hair before skin ends: [ROWS, COLUMNS] 0..1.

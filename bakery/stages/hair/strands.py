@@ -4,7 +4,6 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, ROWS
 from bakery.stages.hair.shell import Shell, in_the_air
 
@@ -14,6 +13,7 @@ TRIES = 3000  # places at which wisps are begun, of which few are taken
 SHORTEST = 10.0  # mm
 HEM = 8.0  # mm between wisps along the line on which hanging hair ends
 HEM_WIDER = 1.6  # times the width of others that they have: they close the line
+BENT = 8.0  # mm that hair goes inwards where it ends, that does not hang down there
 HEM_LENGTH = 36.0, 52.0  # mm that they are long above it
 TIP = 3.0, 16.0  # mm that they go on below it: it is no line then
 # How far out wisps lie, from below to above; a hem's in the first two by turns.
@@ -70,7 +70,7 @@ def grow(
     part = (at - index)[..., None]
     row = np.arange(len(lines))[:, None]
     points = lines[row, index] * (1 - part) + lines[row, np.minimum(index + 1, 2 * steps)] * part
-    length = (last - first) * PACE
+    length = up[1] + down[1]
     chosen, layer = _spread(shell, points, length, width, count, len(tips))
     points = points[chosen]
     cells, _ = shell.chart.cell(points)
@@ -84,7 +84,8 @@ def grow(
 
 def _starts(shell, rng):
     """Places [n, 3] drawn evenly by area from where hair is."""
-    area = np.maximum(shell.there - 0.3, 0) * shell.radius * charts.around()
+    wide, tall = shell.sides()
+    area = np.maximum(shell.there - 0.3, 0) * wide * tall
     if area.sum() < 1:
         return np.zeros((0, 3))
     pick = rng.choice(area.size, TRIES, p=(area / area.sum()).ravel())
@@ -96,7 +97,7 @@ def _starts(shell, rng):
 def _hem(shell):
     """Places [n, 3] along the line on which hanging hair ends, close enough to leave no gap between."""
     hung = shell.there * in_the_air(shell)
-    mm = 2 * np.pi * shell.radius / COLUMNS
+    mm = shell.sides()[0]
     found, place = [], 0.0
     for column in range(COLUMNS):
         rows = np.flatnonzero(hung[:, column] > 0.5)
@@ -104,6 +105,12 @@ def _hem(shell):
             place = 0.0
             continue
         last = rows[-1]
+        # Hair that goes behind the ear ends in no line across.
+        ends = (
+            shell.radius[max(last - 1, 0), column] - shell.radius[min(last + 1, ROWS - 1), column]
+        )
+        if ends > BENT:
+            continue
         wide = mm[last, column]
         while place < wide:
             found.append([column + place / wide, last + 0.9])
@@ -121,19 +128,22 @@ def _trace(shell, flow, starts, sign, steps, reach, over):
         over: [n] bool, those that go on where no hair is.
     """
     point, alive = starts.copy(), np.ones(len(starts), bool)
-    out, taken = [point], np.zeros(len(starts), int)
-    for k in range(steps):
+    out, taken, length = [point], np.zeros(len(starts), int), np.zeros(len(starts))
+    for _ in range(steps):
         cells, _ = shell.chart.cell(point)
         heading = shell.chart.take(flow, cells)
         heading /= np.maximum(np.linalg.norm(heading, axis=-1, keepdims=True), 1e-6)
         ahead, _ = shell.chart.cell(point + sign * PACE * heading)
         ahead[:, 1] = np.clip(ahead[:, 1], 0, ROWS)
         here = shell.chart.take(shell.there, ahead)
-        alive = alive & ((here > 0.45) | over) & (PACE * (k + 1) <= reach)
-        point = np.where(alive[:, None], shell.surface(ahead, 1.0), point)
+        there = shell.surface(ahead, 1.0)
+        far = length + np.linalg.norm(there - point, axis=-1)
+        alive = alive & ((here > 0.45) | over) & (far <= reach)
+        point = np.where(alive[:, None], there, point)
+        length = np.where(alive, far, length)
         taken += alive
         out.append(point)
-    return np.stack(out, 1), taken * PACE, taken
+    return np.stack(out, 1), length, taken
 
 
 def _spread(shell, points, length, width, count, first):
@@ -148,8 +158,8 @@ def _spread(shell, points, length, width, count, first):
     cells, _ = shell.chart.cell(dense)
     column = cells[..., 0].astype(int) % COLUMNS
     row = np.clip(cells[..., 1].astype(int), 0, ROWS - 1)
-    # Narrow columns near the pole are covered by more of them.
-    mm = np.maximum(2 * np.pi * shell.radius * charts.around() / COLUMNS, 0.5)
+    # Narrow columns near the pole are covered by more of them, wide ones by less than one.
+    mm = np.maximum(shell.sides()[0], 0.5)
     cover = np.zeros((ROWS, COLUMNS))
     chosen, layer = [], []
     for depth in range(3):
