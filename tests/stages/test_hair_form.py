@@ -15,7 +15,7 @@ from bakery.stages.hair import atlas, chart
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.directions import flow, photographed
 from bakery.stages.hair.mesh import CAP, OVER, cap_height, cap_surface, ribbons
-from bakery.stages.hair.painter import DIFFERS, EVENED, Painter
+from bakery.stages.hair.painter import DIFFERS, EVENED, SLANT, UNTOLD, Painter
 from bakery.stages.hair.portrait import _continued, before_face, look
 from bakery.stages.hair.presence import ENDS, SLIT, _hanging, _held, _lobes, _slits
 from bakery.stages.hair.shell import in_the_air, make_shell
@@ -212,8 +212,8 @@ def test_a_side_that_is_hardly_seen_looks_as_the_other_one(curtains):
         portrait.color * np.where(np.arange(len(portrait.color)) % 6 < 3, 0.7, 1.3)[:, None, None]
     )
     painter.portrait = replace(portrait, color=streaked.astype(np.float32))
-    painter.carving = painter.carving.copy()
-    painter.carving[:, : chart.COLUMNS // 2, 1] = 0  # the right side is not told
+    painter.shows = painter.shows.copy()
+    painter.shows[:, : chart.COLUMNS // 2] = 0  # the right side is not seen
     rows, columns = np.nonzero((shell.there > 0.9) & (shell.seen > 0.5))
     chosen = columns > chart.COLUMNS // 2 + 2
     cells = np.stack([columns[chosen] + 0.5, rows[chosen] + 0.5], -1)
@@ -226,9 +226,27 @@ def test_a_side_that_is_hardly_seen_looks_as_the_other_one(curtains):
     np.testing.assert_allclose(
         other[well], own[well], rtol=0.05
     )  # tones of both sides are about alike
-    painter.carving[..., 1] = 0
+    painter.shows[:] = 0
     plain, _, _ = painter.color(points, there, np.zeros(len(cells)))
     assert np.log(plain[well, 0]).std() < 0.6 * np.log(own[well, 0]).std()
+
+
+def test_hair_of_untold_shape_has_its_colours_where_the_photo_sees_it_squarely(curtains):
+    """A side turned away has the other one's shape; its highlights were lost with its own."""
+    portrait, shell = curtains
+    painter = Painter(portrait, shell, flow(portrait, shell, *photographed(portrait))[0])
+    rows, columns = np.nonzero((shell.there > 0.9) & (shell.seen > 0.5))
+    cells = np.stack([columns + 0.5, rows + 0.5], -1)
+    slant = np.abs(painter.cosine[rows, columns])
+    both = []
+    for told in (1.0, 0.0):
+        painter.carving = np.full_like(painter.carving, told)
+        both.append(painter.color(shell.surface(cells, 1.0), cells, np.zeros(len(cells)))[1])
+    before, shown = both
+    square, aside = slant > SLANT[1] + UNTOLD, slant < SLANT[0] + UNTOLD
+    assert (before[square] > 0.99).sum() > 20 and (before[aside] > 0.3).sum() > 5
+    np.testing.assert_allclose(shown[square], before[square])
+    assert shown[aside].max() == 0
 
 
 def test_a_bald_top_that_shines_does_not_tell_the_colour_of_the_back(curtains):

@@ -40,7 +40,8 @@ DIMMED = 0.1  # log brightness that it loses beside the ring
 RING = 42.0, 15.0  # degrees above the horizon that hair faces where the gloss is, and its width
 INNER_SIDE = 0.35  # how much of the photo shows on hair that it sees from within, in the dark
 SLANT = (0.25, 0.5)  # cosine to the camera: the photo is not shown up to it, and all from it on
-CURLED = 0.12  # added to both for curls: drawn out they are no curls
+UNTOLD = 0.25  # added to both where the photo does not tell the shape, as on a side turned away
+CURLED = 0.12  # added to both for curls, too: drawn out they are no curls
 # The same of strands over the photo: at a slant it is drawn out to a smear. Beside the border of hair, where
 # its colours are continued, there are none of its own.
 DRAWN = (0.8, 0.45)
@@ -66,10 +67,10 @@ class Painter:
         self.curls = curls
         self.nearest = self._nearest()
         self.normals = charts.smooth(frame(shell)[:, :, 2], 5.0)
+        self.cosine = self._cosine(shell.surface(charts.grid(), 1.0), charts.grid())
         self.look = self._look()
         self.near = charts.smooth(self.look[1].astype(float), EVEN[0])
         self.unseen = 1 - np.clip(self.near, 0, 1)  # what is seen has its light in its tone
-        self.cosine = self._cosine(shell.surface(charts.grid(), 1.0), charts.grid())
         self.middle = self._middle()
         self.even = self._even()
         self.tone = self._tone()
@@ -101,11 +102,13 @@ class Painter:
         portrait, shell = self.portrait, self.shell
         dark = np.log(np.maximum(portrait.color, 2e-3))
         dark = cv2.GaussianBlur(dark, (0, 0), 4 * portrait.scale)
-        pixels, _ = portrait.pixels(shell.surface(charts.grid(), 1.0))
-        weight = (shell.seen * shell.there * (bilinear(portrait.hair, pixels) > 0.5)).astype(
-            np.float32
-        )
-        return bilinear(dark, pixels), weight
+        pixels, depth = portrait.pixels(shell.surface(charts.grid(), 1.0))
+        # What the photo does not tell the shape of, as of a side turned away, it may still show the colour of.
+        shown = portrait.inside(pixels) & (depth < at(self.nearest, pixels) + 9)
+        squarely = smoothstep(SLANT[0] + UNTOLD, SLANT[1] + UNTOLD, self.cosine)
+        shown = np.maximum(shell.seen, shown * squarely)
+        weight = shown * shell.there * (bilinear(portrait.hair, pixels) > 0.5)
+        return bilinear(dark, pixels), weight.astype(np.float32)
 
     def _middle(self):
         """The mean log colour [3] of the hair that the photo shows: of a bald top's, of its sides alone."""
@@ -244,10 +247,10 @@ class Painter:
         first = depth < at(self.nearest, pixels) + 9 + 0.4 * thick
         slant = self._cosine(points, cells)
         shown = portrait.inside(pixels) * first * np.where(slant < 0, INNER_SIDE, 1.0)
-        shown = shown * shell.chart.take(self.carving[..., 1], cells)
         hair = bilinear(portrait.hair, pixels)
         picture = bilinear(portrait.color, pixels) * np.exp(shell.chart.take(self.even, cells))
-        more = 0.0 if self.curls is None else CURLED * self.curls.share
+        more = UNTOLD * (1 - shell.chart.take(self.carving[..., 1], cells))
+        more += 0.0 if self.curls is None else CURLED * self.curls.share
         sure = smoothstep(0.1, 0.5, hair) * smoothstep(
             SLANT[0] + more, SLANT[1] + more, np.abs(slant)
         )

@@ -85,7 +85,7 @@ def grow(
 def _starts(shell, rng):
     """Places [n, 3] drawn evenly by area from where hair is."""
     wide, tall = shell.sides()
-    area = np.maximum(shell.there - 0.3, 0) * wide * tall
+    area = np.maximum(shell.there - 0.5, 0) * wide * tall
     if area.sum() < 1:
         return np.zeros((0, 3))
     pick = rng.choice(area.size, TRIES, p=(area / area.sum()).ravel())
