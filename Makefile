@@ -30,6 +30,7 @@ $(READY): pyproject.toml
 	@test -n '$(PYTHON)' || { echo 'Python 3.11 or newer is needed: make PYTHON=/path/to/python3'; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(RUN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	$(RUN)/bakery doctor --warm
 	@touch $@
 
 demo: $(READY) ## bake a sample portrait and say where its picture is
