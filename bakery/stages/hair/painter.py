@@ -249,7 +249,8 @@ class Painter:
         shown = portrait.inside(pixels) * first * np.where(slant < 0, INNER_SIDE, 1.0)
         hair = bilinear(portrait.hair, pixels)
         picture = bilinear(portrait.color, pixels) * np.exp(shell.chart.take(self.even, cells))
-        more = UNTOLD * (1 - shell.chart.take(self.carving[..., 1], cells))
+        told = shell.chart.take(self.carving[..., 1], cells)
+        more = UNTOLD * (1 - told)
         more += 0.0 if self.curls is None else CURLED * self.curls.share
         sure = smoothstep(0.1, 0.5, hair) * smoothstep(
             SLANT[0] + more, SLANT[1] + more, np.abs(slant)
@@ -257,7 +258,7 @@ class Painter:
         sure = sure * shell.chart.take(self.shows, cells)
         if skin:
             bare = smoothstep(0.7, 0.3, hair) * at(portrait.skin, pixels)
-            bare = bare * (1 - shell.chart.take(self.aside, cells))
+            bare = bare * told * (1 - shell.chart.take(self.aside, cells))
             picture = picture + bare[:, None] * (bilinear(portrait.linear, pixels) - picture)
             sure = np.maximum(sure, bare * smoothstep(*BARE, np.abs(slant)))
         return picture, shown * sure, slant
