@@ -89,9 +89,6 @@ class Ended:
 
 def load() -> None:
     """Import the whole package, so that a fork begins at once: nothing is written while importing."""
-    # Imported late by the standard library: a fork of another user may not be able to read it any more.
-    import multiprocessing.synchronize  # noqa: F401
-
     import torch
 
     torch.set_num_threads(1)
