@@ -4,13 +4,16 @@ import itertools
 import json
 import os
 import tomllib
+from collections.abc import Iterable
 from dataclasses import is_dataclass
 from pathlib import Path
+from typing import Any, TypeVar
 
 from bakery.errors import InputError, UsageProblem, no_such
 from bakery.paths import PACKAGE
 from bakery.settings import NOUNS, coerced, listing, settings_of, shown
 
+T = TypeVar("T")
 FOLDERS = (PACKAGE / "presets", PACKAGE.parent / "presets")  # installed; beside the checkout
 LARGEST = 2**20  # bytes of a preset
 
@@ -39,7 +42,7 @@ def about(kind, name):
     return " ".join(line.lstrip("# ") for line in comment).partition(". ")[0].removesuffix(".")
 
 
-def load(kind, name_or_path):
+def load(kind: str, name_or_path: str | Path) -> dict[str, Any]:
     """The tables of a preset.
 
     Args:
@@ -68,7 +71,7 @@ def load(kind, name_or_path):
         raise InputError(f"{path}: cannot be read ({error.strerror}); check the file") from None
 
 
-def with_settings(tables, settings):
+def with_settings(tables: dict[str, Any], settings: Iterable[str]) -> dict[str, Any]:
     """The tables with settings such as "texture.mouths=100" on top; values are TOML.
 
     Raises:
@@ -94,7 +97,7 @@ def with_settings(tables, settings):
     return tables
 
 
-def options_from(kind, table, where):
+def options_from(kind: type[T], table: Any, where: str) -> T:
     """Build the options dataclass `kind` from a table.
 
     Args:

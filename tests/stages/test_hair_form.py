@@ -16,7 +16,7 @@ from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.directions import flow, photographed
 from bakery.stages.hair.mesh import CAP, OVER, cap_height, cap_surface, ribbons
 from bakery.stages.hair.painter import DIFFERS, EVENED, SLANT, UNTOLD, Painter
-from bakery.stages.hair.portrait import _continued, before_face, look
+from bakery.stages.hair.portrait import before_face, look
 from bakery.stages.hair.presence import ENDS, SLIT, _hanging, _held, _lobes, _slits
 from bakery.stages.hair.shell import in_the_air, make_shell
 from bakery.stages.hair.strands import KNOTS, grow
@@ -345,21 +345,6 @@ def test_the_photo_fades_out_where_it_ends_to_show_hair(curtains):
     assert painter.shows.max() > 0.95
     # In 5 mm: 1.5 of a smoothstep over half the range, and 0.25 of a blur of 8 mm.
     assert np.abs(np.diff(painter.shows, axis=0)).max() < 0.75
-
-
-def test_earrings_do_not_shine_in_hair():
-    """Small and white below the eyes; above them such a spot is a highlight, and what is wide is a grey lock."""
-    hair, white = np.float32(0.02), np.float32(0.6)
-    linear = np.full((160, 160, 3), hair, np.float32)
-    earring, highlight, lock = np.s_[100:106, 20:26], np.s_[20:26, 20:26], np.s_[90:150, 90:120]
-    for where in (earring, highlight, lock):
-        linear[where] = white
-    solid, none = np.ones((160, 160), np.float32), np.zeros((160, 160), bool)
-    none[:, -1] = True
-    out, sharp = _continued(linear, solid, none, 60.0, 1.0)
-    assert sharp[earring].max() < 0.1 and sharp[80, 80] == 1 and sharp[80, 158] < 0.1
-    np.testing.assert_allclose(out[earring], hair, rtol=0.1)
-    assert out[highlight].max() > 0.5 and np.median(out[lock]) > 0.5
 
 
 def test_wisps_stand_far_out_on_the_outline_alone(curtains):

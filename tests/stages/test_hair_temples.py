@@ -1,4 +1,4 @@
-"""Hairlines beside the face: one smooth line, which leaves alone what is smooth and what is seen squarely."""
+"""Hairlines beside the face are one smooth line; what is hair there, and in which colours."""
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from bakery.stages.hair.portrait import (
     HAIRLINE,
     LIKE_SKIN,
     MIXED,
+    _continued,
     _share_of_hair,
     unlike_backdrop,
     without_glare,
@@ -287,3 +288,18 @@ def test_no_colour_of_clothes_bleeds_into_a_lock_that_hangs_before_them():
     clothes = (hair == 0) & (np.arange(160) >= 60)[:, None]
     found = _share_of_hair(picture, hair, clothes, COLLAR, 2.0, bare=False)
     assert found[126:, 44:84].max() < MIXED[0] and found[:110, 46:154].min() > MIXED[1]
+
+
+def test_earrings_do_not_shine_in_hair():
+    """Small and white below the eyes; above them such a spot is a highlight, and what is wide is a grey lock."""
+    hair, white = np.float32(0.02), np.float32(0.6)
+    linear = np.full((160, 160, 3), hair, np.float32)
+    earring, highlight, lock = np.s_[100:106, 20:26], np.s_[20:26, 20:26], np.s_[90:150, 90:120]
+    for where in (earring, highlight, lock):
+        linear[where] = white
+    solid, none = np.ones((160, 160), np.float32), np.zeros((160, 160), bool)
+    none[:, -1] = True
+    out, sharp = _continued(linear, solid, none, 60.0, 1.0)
+    assert sharp[earring].max() < 0.1 and sharp[80, 80] == 1 and sharp[80, 158] < 0.1
+    np.testing.assert_allclose(out[earring], hair, rtol=0.1)
+    assert out[highlight].max() > 0.5 and np.median(out[lock]) > 0.5
