@@ -94,7 +94,9 @@ def _case(rng: random.Random, number: int, locales: list[str], other: bool) -> C
         "COLUMNS": str(rng.choice((20, 80, 300))), "HOME": "/nowhere",
         "OPENBLAS_NUM_THREADS": str(rng.randint(1, 4)),
     }  # fmt: skip
-    if process:
+    if not process:  # as `bakery.__main__` does first of all; a fork has begun already
+        env["OPENBLAS_NUM_THREADS"] = "1"
+    else:
         env["PYTHONHASHSEED"] = rng.choice(("0", "random", str(rng.randrange(2**32))))
     return Case(
         process=process,
