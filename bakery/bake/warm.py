@@ -10,10 +10,8 @@ from bakery.bake import pipeline
 from bakery.bake.options import BuildOptions
 from bakery.paths import ASSETS, PACKAGE
 
-SETTINGS = (
-    "texture.mouths=2",
-    "texture.views=[0.0]",
-)  # of the preset small: every part, few of each
+# On top of the preset small: every part, few of each.
+SETTINGS = ("texture.mouths=2", "texture.views=[0.0]")
 # A painted portrait that smiles and has hair, in a wheel and in a checkout.
 PORTRAITS = (ASSETS / "portrait.jpg", PACKAGE.parent / "samples" / "dalia.jpg")
 

@@ -278,13 +278,10 @@ def test_no_colour_of_clothes_bleeds_into_a_lock_that_hangs_before_them():
     """Labels of brown locks held green cloth at their end; being less red than it is no sign of grey hair."""
     picture = np.full((160, 200, 3), (0.2, 0.33, 0.31), np.float32)  # cloth
     picture[:60] = (0.55, 0.6, 0.65)  # backdrop
-    picture[:120, 40:160] = (
-        0.37,
-        0.26,
-        0.2,
-    )  # the lock, 60 mm wide, which ends above the picture's edge
+    # The lock, 60 mm wide, ends above the picture's edge; labels go on.
+    picture[:120, 40:160] = (0.37, 0.26, 0.2)
     hair = np.zeros((160, 200), np.float32)
-    hair[:, 40:160] = 1  # labels go on
+    hair[:, 40:160] = 1
     clothes = (hair == 0) & (np.arange(160) >= 60)[:, None]
     found = _share_of_hair(picture, hair, clothes, COLLAR, 2.0, bare=False)
     assert found[126:, 44:84].max() < MIXED[0] and found[:110, 46:154].min() > MIXED[1]

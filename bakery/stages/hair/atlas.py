@@ -20,7 +20,7 @@ CRISP = 0.3, 0.6  # of what the photo leaves of them: nothing, and all
 OBSERVED, INFERRED = 1, 3
 # Of the room of what the photo shows, what unseen parts of the cap get; the percentile of all lengths of a row
 # or column that its own is; of their mean, the least that one gets.
-UNSEEN_CAP, WIDEST, NARROWEST = 0.35, 90, 0.4
+UNSEEN_CAP, PERCENTILE, NARROWEST = 0.35, 90, 0.4
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ def map_cap(shell: Shell, surface: np.ndarray, inner: np.ndarray, rows: int) -> 
     for axis in (1, 0):
         apart = np.linalg.norm(np.diff(points, axis=axis), axis=-1)
         near = (np.delete(share, -1, axis) + np.delete(share, 0, axis)) / 2
-        wide = np.percentile(apart * near, WIDEST, axis=1 - axis)
+        wide = np.percentile(apart * near, PERCENTILE, axis=1 - axis)
         wide = np.convolve(np.pad(wide, 1, "edge"), np.ones(3) / 3, "valid")
         wide = np.maximum(wide, NARROWEST * wide.mean())
         ends.append(np.concatenate([[0], np.cumsum(wide) / wide.sum()]))

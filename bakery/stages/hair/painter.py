@@ -40,6 +40,7 @@ DIMMED = 0.1  # log brightness that it loses beside the ring
 RING = 42.0, 15.0  # degrees above the horizon that hair faces where the gloss is, and its width
 INNER_SIDE = 0.35  # how much of the photo shows on hair that it sees from within, in the dark
 SLANT = (0.25, 0.5)  # cosine to the camera: the photo is not shown up to it, and all from it on
+FIRST = 9.0  # mm behind the first surface up to which the photo may show hair
 UNTOLD = 0.25  # added to both where the photo does not tell the shape, as on a side turned away
 CURLED = 0.12  # added to both for curls, too: drawn out they are no curls
 # The same of strands over the photo: at a slant it is drawn out to a smear. Beside the border of hair, where
@@ -104,7 +105,7 @@ class Painter:
         dark = cv2.GaussianBlur(dark, (0, 0), 4 * portrait.scale)
         pixels, depth = portrait.pixels(shell.surface(charts.grid(), 1.0))
         # What the photo does not tell the shape of, as of a side turned away, it may still show the colour of.
-        shown = portrait.inside(pixels) & (depth < at(self.nearest, pixels) + 9)
+        shown = portrait.inside(pixels) & (depth < at(self.nearest, pixels) + FIRST)
         squarely = smoothstep(SLANT[0] + UNTOLD, SLANT[1] + UNTOLD, self.cosine)
         shown = np.maximum(shell.seen, shown * squarely)
         weight = shown * shell.there * (bilinear(portrait.hair, pixels) > 0.5)
@@ -244,7 +245,7 @@ class Painter:
         portrait, shell = self.portrait, self.shell
         pixels, depth = portrait.pixels(points)
         thick = shell.chart.take(shell.radius - shell.base, cells)
-        first = depth < at(self.nearest, pixels) + 9 + 0.4 * thick
+        first = depth < at(self.nearest, pixels) + FIRST + 0.4 * thick
         slant = self._cosine(points, cells)
         shown = portrait.inside(pixels) * first * np.where(slant < 0, INNER_SIDE, 1.0)
         hair = bilinear(portrait.hair, pixels)

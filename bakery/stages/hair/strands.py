@@ -48,14 +48,15 @@ def grow(
         longest: mm.
     """
     rng = np.random.default_rng(seed)
-    starts = _starts(shell, rng)
+    sides = shell.sides()
+    starts = _starts(shell, sides, rng)
     if not len(starts):
         none = np.zeros((0, KNOTS, 3), np.float32)
         return Wisps(none, none[..., :2], *(np.zeros(0, np.float32),) * 3, np.zeros(0, bool))
     steps = int(longest / PACE)
     reach = rng.uniform(0.65, 1.0, len(starts)) * longest
     above = reach * rng.uniform(0.25, 0.6, len(starts))
-    tips = _hem(shell)
+    tips = _hem(shell, sides[0])
     starts = np.concatenate([tips, starts])
     reach = np.concatenate([rng.uniform(*HEM_LENGTH, len(tips)), reach])
     above = np.concatenate([reach[: len(tips)], above])
@@ -71,7 +72,7 @@ def grow(
     row = np.arange(len(lines))[:, None]
     points = lines[row, index] * (1 - part) + lines[row, np.minimum(index + 1, 2 * steps)] * part
     length = up[1] + down[1]
-    chosen, layer = _spread(shell, points, length, width, count, len(tips))
+    chosen, layer = _spread(shell, sides[0], points, length, width, count, len(tips))
     points = points[chosen]
     cells, _ = shell.chart.cell(points)
     wide = width * rng.uniform(0.8, 1.25, len(chosen))
@@ -82,10 +83,9 @@ def grow(
     )  # fmt: skip
 
 
-def _starts(shell, rng):
-    """Places [n, 3] drawn evenly by area from where hair is."""
-    wide, tall = shell.sides()
-    area = np.maximum(shell.there - 0.5, 0) * wide * tall
+def _starts(shell, sides, rng):
+    """Places [n, 3] drawn evenly by area from where hair is; `sides` of its cells."""
+    area = np.maximum(shell.there - 0.5, 0) * sides[0] * sides[1]
     if area.sum() < 1:
         return np.zeros((0, 3))
     pick = rng.choice(area.size, TRIES, p=(area / area.sum()).ravel())
@@ -94,10 +94,13 @@ def _starts(shell, rng):
     return shell.surface(cells, 1.0)
 
 
-def _hem(shell):
-    """Places [n, 3] along the line on which hanging hair ends, close enough to leave no gap between."""
+def _hem(shell, mm):
+    """Places [n, 3] along the line on which hanging hair ends, close enough to leave no gap between.
+
+    Args:
+        mm: [ROWS, COLUMNS], how wide cells are.
+    """
     hung = shell.there * in_the_air(shell)
-    mm = shell.sides()[0]
     found, place = [], 0.0
     for column in range(COLUMNS):
         rows = np.flatnonzero(hung[:, column] > 0.5)
@@ -146,10 +149,10 @@ def _trace(shell, flow, starts, sign, steps, reach, over):
     return np.stack(out, 1), length, taken
 
 
-def _spread(shell, points, length, width, count, first):
+def _spread(shell, mm, points, length, width, count, first):
     """Which wisps to take so that all is covered evenly: indices, and the layer of each.
 
-    The `first` are taken anyhow.
+    The `first` are taken anyhow; `mm` as in `_hem`.
     """
     fine = np.linspace(0, 1, 24) * (KNOTS - 1)
     index = np.minimum(fine.astype(int), KNOTS - 2)
@@ -159,7 +162,7 @@ def _spread(shell, points, length, width, count, first):
     column = cells[..., 0].astype(int) % COLUMNS
     row = np.clip(cells[..., 1].astype(int), 0, ROWS - 1)
     # Narrow columns near the pole are covered by more of them, wide ones by less than one.
-    mm = np.maximum(shell.sides()[0], 0.5)
+    mm = np.maximum(mm, 0.5)
     cover = np.zeros((ROWS, COLUMNS))
     chosen, layer = [], []
     for depth in range(3):
