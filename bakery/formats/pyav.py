@@ -4,6 +4,7 @@ PyAV's wheels hold libx264 and libx265, which stand under the GPL; so it is neve
 who installs it decides. Without it videos are what `formats.video` says.
 """
 
+import contextlib
 import importlib.util
 import io
 import os
@@ -97,6 +98,31 @@ def _encode(pictures, rate, container, name, pixels, options) -> bytes:
         if stream is not None:
             out.mux(stream.encode())
     return file.getvalue()
+
+
+def decode(path: Path, largest: int) -> Iterator[tuple[float | None, np.ndarray]]:
+    """Yield (seconds, [H, W, 3] uint8 sRGB) of every picture of a clip's first video track, upright.
+
+    Ends where nothing more can be decoded, as OpenCV does.
+
+    Args:
+        largest: pixels on a side that are read.
+
+    Raises:
+        InputError: a picture is larger.
+    """
+    import av
+
+    with contextlib.suppress(av.FFmpegError, OSError), av.open(str(path)) as clip:
+        if not clip.streams.video:
+            return
+        stream = clip.streams.video[0]
+        stream.thread_type = "AUTO"
+        for frame in clip.decode(stream):
+            if max(frame.width, frame.height) > largest:
+                raise InputError(f"{path}: a frame has more than {largest} pixels on a side")
+            upright = np.rot90(frame.to_ndarray(format="rgb24"), round(frame.rotation / 90))
+            yield frame.time, np.ascontiguousarray(upright)
 
 
 def transcode_sound(path: Path, kind: str, target: Path) -> bool:

@@ -1,5 +1,7 @@
 """Video clips in, videos out: pictures by OpenCV, everything around them by `mp4` and `webm`.
 
+Clips that OpenCV opens but cannot decode (AV1: its wheels lack a decoder) are read by PyAV where that is installed.
+
 OpenCV's wheels bring FFmpeg. For Linux it stands under the LGPL with libvpx (BSD); the one for macOS
 on ARM (5.0.0.93) holds libx264 and libx265 (GPL) too, as PyAV's and imageio-ffmpeg's do everywhere.
 Nothing here uses those: the only codecs asked for are VP8, which libvpx codes, and MPEG-4 part 2,
@@ -93,20 +95,31 @@ class Clip:
             raise InputError(f"{path}: {self.rate:g} frames a second; convert it to a usual rate")
 
     def frames(self):
-        """Yield (seconds, [H, W, 3] uint8 sRGB) of every frame, upright; times increase."""
+        """Yield (seconds, [H, W, 3] uint8 sRGB) of every frame, upright; times increase.
+
+        Raises:
+            InputError: there is none that can be read.
+        """
         last = -1.0
-        while True:
-            good, picture = self.capture.read()
-            if not good:
-                break
-            now = self.capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
-            if not now > last:  # some files carry no times
+        for now, picture in self._decoded():
+            if now is None or not now > last:  # some files carry no times
                 now = last + 1 / self.rate if last >= 0 else 0.0
-            yield now, cv2.cvtColor(picture, cv2.COLOR_BGR2RGB)
+            yield now, picture
             last = now
-        self.capture.release()
         if last < 0:
-            raise InputError("holds no frame that can be read; convert it first")
+            more = "" if pyav.available() else ", or pip install 'bakery[video]', which reads AV1 too"
+            raise InputError(f"holds no frame that can be read; convert it first{more}")
+
+    def _decoded(self):
+        """(seconds as the file has them, picture) of every frame."""
+        good, picture = self.capture.read()
+        if not good and pyav.available():
+            yield from pyav.decode(self.path, LARGEST_SIDE)
+        while good:
+            seconds = self.capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
+            yield seconds, cv2.cvtColor(picture, cv2.COLOR_BGR2RGB)
+            good, picture = self.capture.read()
+        self.capture.release()
 
 
 def kind_of(path):

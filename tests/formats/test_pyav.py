@@ -215,10 +215,11 @@ QUARTER = struct.pack(">9i", 0, 0x10000, 0, -0x10000, 0, 0, 0, 0, 0x40000000)
 
 @pytest.mark.parametrize(
     "codec, pixels, name",
-    [("libx265", "yuv420p10le", "a.mov"), ("libx264", "yuv420p", "a.mp4"), ("libvpx-vp9", "yuv420p", "a.webm")],
+    [("libx265", "yuv420p10le", "a.mov"), ("libx264", "yuv420p", "a.mp4"), ("libvpx-vp9", "yuv420p", "a.webm"),
+     ("libsvtav1", "yuv420p10le", "b.mp4"), ("libsvtav1", "yuv420p", "b.webm")],
 )  # fmt: skip
 def test_clips_of_phones_are_read_in_time(av, tmp_path, codec, pixels, name):
-    """10 bits, HEVC, and frames that come when they come."""
+    """10 bits, HEVC, AV1, which OpenCV lacks, and frames that come when they come."""
     times = np.cumsum([0, 40, 40, 120, 40, 20, 80, 200, 40])  # milliseconds
     with av.open(str(tmp_path / name), "w") as out:
         stream = out.add_stream(codec, rate=30)
@@ -270,6 +271,26 @@ def test_av1_of_three_parts_is_one_video(av, tmp_path):
         assert abs(int(found[5, 5, 1]) - int(wanted[5, 5, 1])) <= 3
         box = found[22:38, :, 0].astype(int) - found[22:38, :, 2] > 60
         assert 8 * 16 < box.sum() < 16 * 16  # the red box, where it is seen
+
+
+def test_a_damaged_clip_ends_where_it_is_damaged(av, tmp_path):
+    data = bytearray(video.encode(moving(25), ".mp4", RATE, video.AV1))
+    (tmp_path / "a.mp4").write_bytes(data)
+    with pytest.raises(InputError, match="more than 64 pixels"):
+        list(pyav.decode(tmp_path / "a.mp4", 64))
+    _, at, size = mp4.read_tracks(tmp_path / "a.mp4")[0].places[8]
+    data[at : at + size] = bytes([0xFF]) * size
+    (tmp_path / "a.mp4").write_bytes(data)
+    assert 0 < len(list(video.Clip(tmp_path / "a.mp4").frames())) < 25
+    (tmp_path / "b.mp4").write_bytes(b"nothing")
+    assert list(pyav.decode(tmp_path / "b.mp4", 64)) == []
+
+
+def test_av1_without_pyav_says_what_reads_it(av, tmp_path, monkeypatch):
+    (tmp_path / "a.mp4").write_bytes(video.encode(moving(3), ".mp4", RATE, video.AV1))
+    monkeypatch.setattr(pyav, "available", lambda: False)
+    with pytest.raises(InputError, match=r"convert it first, or pip install 'bakery\[video\]'"):
+        list(video.Clip(tmp_path / "a.mp4").frames())
 
 
 def test_av1_is_smaller(av):
