@@ -107,7 +107,9 @@ class Clip:
             yield now, picture
             last = now
         if last < 0:
-            more = "" if pyav.available() else ", or pip install 'bakery[video]', which reads AV1 too"
+            more = (
+                "" if pyav.available() else ", or pip install 'bakery[video]', which reads AV1 too"
+            )
             raise InputError(f"holds no frame that can be read; convert it first{more}")
 
     def _decoded(self):
