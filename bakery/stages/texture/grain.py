@@ -25,6 +25,8 @@ PLAIN = (0.3, 1.7)  # local energy of plain skin, of the median's
 PIECES = 64  # fewest places to take them from before they are made smaller
 STRETCH = (0.5, 2.5)  # of texels, against those of the face, that pieces follow
 SHEAR = 1.5  # the same of how far texels lean
+LONGEST = 8.0  # texel, length over width, that is made up for
+TAPS = np.arange(-2, 2.1, 0.5, dtype=np.float32)  # of a Gaussian, sigmas
 
 
 def own_grain(
@@ -62,7 +64,32 @@ def own_grain(
         radius *= 0.8
         if radius * size < SMALLEST:
             return None
-    return _laid(detail, centers, radius / STRETCH[1], shape / usual[[0, 0, 1]], atlas, seed)
+    laid = _laid(detail, centers, radius / STRETCH[1], shape / usual[[0, 0, 1]], atlas, seed)
+    return rounded(laid, shape)
+
+
+def rounded(grain: np.ndarray, shapes: np.ndarray) -> np.ndarray:
+    """Grain [T, T, 3] blurred so that it is as wide as it is long on the skin.
+
+    Texels of `texel_shapes` are long where charts are stretched, on a neck up to eight times as long as
+    wide: grain as fine as they are would be streaks there, as of fur. Linear filtering shows a texel as a
+    tent, whose second moment is 1/6; what its covariance on the skin lacks to that of a disc is one
+    direction of the texture, along which the grain is blurred.
+    """
+    wide, lean, high = np.moveaxis(shapes, 2, 0).astype(np.float32)
+    # The metric J'J of the map from texels to the skin, and its eigenvalues.
+    along, both, down = wide**2, wide * lean, lean**2 + high**2
+    middle, half = (along + down) / 2, np.hypot((along - down) / 2, both)
+    ratio = np.clip((middle + half) / np.maximum(middle - half, 1e-6), 1, LONGEST**2)
+    sigma = np.where(wide > 0, np.sqrt((ratio - 1) / 6), 0).astype(np.float32)
+    angle = np.arctan2(2 * both, along - down) / 2  # of the long direction
+    steps = np.dstack([-np.sin(angle), np.cos(angle)]) * sigma[..., None]
+    rows, columns = np.mgrid[: len(grain), : len(grain)].astype(np.float32)
+    out = np.zeros_like(grain)
+    for at, share in zip(TAPS, np.exp(-(TAPS**2) / 2) / np.exp(-(TAPS**2) / 2).sum()):
+        x, y = columns + at * steps[..., 0], rows + at * steps[..., 1]
+        out += share * cv2.remap(grain, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT)
+    return out
 
 
 def fine_detail(albedo: np.ndarray, weight: np.ndarray, sigma: float) -> np.ndarray:
