@@ -120,7 +120,9 @@ def decode(path: Path, largest: int) -> Iterator[tuple[float | None, np.ndarray]
         stream.thread_type = "AUTO"
         for frame in clip.decode(stream):
             if max(frame.width, frame.height) > largest:
-                raise InputError(f"{path}: a frame has more than {largest} pixels on a side")
+                raise InputError(
+                    f"{path}: a frame has more than {largest} pixels on a side; make it smaller"
+                )
             upright = np.rot90(frame.to_ndarray(format="rgb24"), round(frame.rotation / 90))
             yield frame.time, np.ascontiguousarray(upright)
 

@@ -84,11 +84,11 @@ def rounded(grain: np.ndarray, shapes: np.ndarray) -> np.ndarray:
     sigma = np.where(wide > 0, np.sqrt((ratio - 1) / 6), 0).astype(np.float32)
     angle = np.arctan2(2 * both, along - down) / 2  # of the long direction
     steps = np.dstack([-np.sin(angle), np.cos(angle)]) * sigma[..., None]
-    rows, columns = np.mgrid[: len(grain), : len(grain)].astype(np.float32)
+    rows, columns = np.mgrid[: len(grain), : len(grain)].astype(np.float32) + 0.5
+    places, shares = np.dstack([columns, rows]), np.exp(-(TAPS**2) / 2)
     out = np.zeros_like(grain)
-    for at, share in zip(TAPS, np.exp(-(TAPS**2) / 2) / np.exp(-(TAPS**2) / 2).sum()):
-        x, y = columns + at * steps[..., 0], rows + at * steps[..., 1]
-        out += share * cv2.remap(grain, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT)
+    for at, share in zip(TAPS, shares / shares.sum()):
+        out += share * bicubic(grain, places + at * steps)
     return out
 
 
