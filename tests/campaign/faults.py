@@ -8,13 +8,16 @@ allocations are two rows.
 File calls count if they are about the case's folder, which holds copies of photo and old bundle, the
 output and the temporary files. Allocations count from 256 KiB on: smaller ones are hundreds of thousands,
 Linux refuses hardly any, and Python, which makes most of them, has nothing left then to say so with. The
-large ones are still 16,000 in 1,700 places of the code: the first of each place fails.
+large ones are still 18,000 in 1,800 places of the code: the first of each place fails. A bake that goes on
+from the finished steps of another, as after a kill, comes to most of them sooner: a place is tried in the
+shortest of three bakes that reach it (STARTS).
 
 A bake of one photo is one process. Its threads share the counters, which are atomic; with them the order
 of calls, and their number by a few, differs from run to run, so a call may not be reached: no case then.
 A process that a bake forked would count on in the same memory.
 
-    python tests/campaign/faults.py [--count] [--of N] [--only KIND ... [NUMBER ...]] [--place FOLDER]
+    python tests/campaign/faults.py [--count] [--of N] [--only KIND ... [NUMBER ...] [--start START]]
+                                    [--place FOLDER]
 
 prints how many calls there are; tries N of each kind, spread; tries some kinds, or some calls of one. The
 last two say of each call where it was made and what bakery said.
@@ -39,6 +42,7 @@ import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import base
 
@@ -59,8 +63,22 @@ OWN = f"{base.ROOT}/bakery/"
 LINE = re.compile(r'File "(.*)", line (\d+) in')  # of faulthandler
 TRACE = re.compile(r"Traceback|^\s*[\w.]*(Error|Exception)\b:|Exception ignored", re.M)
 
-Call = tuple[str, int]  # kind and number, from 1
+# Which finished steps lie there when a bake begins, by how their files are called; the shortest bake first.
+STARTS = {"textures": ("",), "fit": ("detect.", "fit."), "fresh": ()}
+FRESH = "fresh"
 LONG = ctypes.c_longlong
+
+
+class Call(NamedTuple):
+    """A call of a bake, counted from 1."""
+
+    kind: str
+    number: int
+    start: str = FRESH
+
+    def __str__(self) -> str:
+        start = "" if self.start == FRESH else f" --start {self.start}"
+        return f"{self.kind} {self.number}{start}"
 
 
 class _Told(ctypes.Structure):
@@ -135,28 +153,54 @@ class Bench:
         text, address = ctypes.c_char_p, ctypes.c_void_p
         self.arm.argtypes = [ctypes.c_int, LONG, ctypes.c_int, text, address, ctypes.c_int]
         self.folder = (place / "case").resolve()
+        self.finished = place / "finished"  # what a bake left that failed at its end
         self.log, self.lines = place / "log", place / "lines"  # out of the scope of faults
         self.memory = mmap.mmap(-1, ctypes.sizeof(_Told))
         self.told = _Told.from_buffer(self.memory)
         place.mkdir(parents=True, exist_ok=True)
 
-    def bake(self, call: Call | None = None, list_calls: bool = False) -> Result:
-        """Bake in a fresh folder, with a call that fails; or note in `lines` where each call is made."""
+    def bake(
+        self, call: Call | None = None, list_calls: bool = False, start: str = FRESH
+    ) -> Result:
+        """Bake in a fresh folder, with a call that fails; or note in `lines` where each call is made.
+
+        Args:
+            start: which of STARTS, if there is no call.
+        """
         shutil.rmtree(self.folder, ignore_errors=True)
         self.folder.mkdir()
         shutil.copy(self.inputs.photo, self.folder / PHOTO)
         base.copied(self.inputs.bundle, self.folder / OUT)
+        if steps := STARTS[call.start if call else start]:
+            shutil.copytree(self.finished, self.folder, dirs_exist_ok=True)
+            for path in self.folder.glob(".bakery-*-work/*"):
+                if not path.name.startswith((*steps, "lock")):
+                    path.unlink()
         ctypes.memset(ctypes.addressof(self.told), 0, ctypes.sizeof(_Told))
         self.lines.write_bytes(b"")
         end = base.wait(base.fork(self._work(call, list_calls), self.log, self.folder), self.log)
         counts, bundle = dict(zip(KINDS, self.told.counts)), base.content(self.folder / OUT)
         return Result(end, bool(self.told.struck), counts, self._where(), bundle, self._left())
 
+    def finish(self, renames: int) -> None:
+        """Keep the steps that a bake had finished which failed at its end.
+
+        Args:
+            renames: how many a bake has; for some of the last it has another way.
+        """
+        shutil.rmtree(self.finished, ignore_errors=True)
+        for number in range(renames, 0, -1):
+            if self.bake(Call("rename", number)).end.code == 1:
+                for path in self.folder.glob(".bakery-*-work"):
+                    shutil.copytree(path, self.finished / path.name)
+                return
+
     def _work(self, call: Call | None, list_calls: bool) -> Callable[[], None]:
         photo, out = str(self.folder / PHOTO), str(self.folder / OUT)
         bake = base.command_line(["build", photo, *base.QUICK, "--overwrite", "-o", out])
-        kind, number = call or ("", 0)
-        failing = (list(KINDS).index(kind), number, KINDS[kind]) if kind else (-1, 0, 0)
+        failing = (-1, 0, 0)
+        if call:
+            failing = (list(KINDS).index(call.kind), call.number, KINDS[call.kind])
 
         def work() -> None:
             faulthandler.enable()  # says in the log where a signal struck
@@ -195,14 +239,19 @@ def wrong(result: Result, call: Call, old: str, new: str) -> list[str]:
         found.append(f"the bundle is {state}, exit code {end.code}")
     left = [name for name in result.left if end.code == 0 or NEW in name or not WORK.match(name)]
     # What cannot be removed stays; shutil.rmtree opens folders too. A signal leaves what kill -9 leaves.
-    if left and call[0] != "unlink" and "shutil.py" not in result.where and not died(result, call):
+    if (
+        left
+        and call.kind != "unlink"
+        and "shutil.py" not in result.where
+        and not died(result, call)
+    ):
         found.append(f"left behind: {', '.join(left[:5])}")
     return found
 
 
 def died(result: Result, call: Call) -> bool:
     """Whether a library gave up for lack of memory, by SIGSEGV or SIGABRT; nobody can catch that."""
-    return call[0] == "malloc" and result.end.code in (-signal.SIGSEGV, -signal.SIGABRT)
+    return call.kind == "malloc" and result.end.code in (-signal.SIGSEGV, -signal.SIGABRT)
 
 
 def first_of_places(listed: str) -> dict[str, int]:
@@ -237,20 +286,21 @@ class Trial:
         Args:
             part: of so many parts. A case has its part by its name: their number differs from run to run.
         """
-        numbers = {
-            kind: {f"{kind} {n}": n for n in range(1, count + 1)}
-            for kind, count in self.counts.items()
+        named = {
+            f"{kind} {n}": Call(kind, n)
+            for kind in kinds
+            if kind != "malloc"
+            for n in range(1, self.counts[kind] + 1)
         }
         if "malloc" in kinds:
             bench = Bench(self.inputs, self.place / "listed")
-            bench.bake(list_calls=True)
-            numbers["malloc"] = first_of_places(bench.lines.read_text("utf-8", "replace"))
-        return [
-            (kind, number)
-            for kind in kinds
-            for name, number in sorted(numbers[kind].items(), key=lambda each: each[1])
-            if zlib.crc32(name.encode()) % parts == part
-        ]
+            bench.finish(self.counts["rename"])
+            for start in STARTS:
+                bench.bake(list_calls=True, start=start)
+                places = first_of_places(bench.lines.read_text("utf-8", "replace"))
+                named = {place: Call("malloc", n, start) for place, n in places.items()} | named
+        calls = [call for name, call in named.items() if zlib.crc32(name.encode()) % parts == part]
+        return sorted(calls, key=lambda call: (list(KINDS).index(call.kind), call[1:]))
 
     def row(
         self,
@@ -271,6 +321,8 @@ class Trial:
                 base.Row(name, MUST[name]),
                 Bench(self.inputs, self.place / f"lane-{number}"),
             )
+            if any(STARTS[call.start] for call in calls):
+                bench.finish(self.counts["rename"])
             for call in calls[number::lanes]:
                 if seconds is not None and time.monotonic() - began > seconds:
                     break
@@ -281,7 +333,7 @@ class Trial:
                 row.cases += 1
                 deaths[number] += died(result, call)
                 found = wrong(result, call, self.old, self.new)
-                text = f"{call[0]} {call[1]}: {'; '.join(found)} ({result.where})"
+                text = f"{call}: {'; '.join(found)} ({result.where})"
                 if found:
                     row.fail(text)
                 if tell:
@@ -311,6 +363,7 @@ def main() -> None:
     parser.add_argument("--count", action="store_true", help="say how many calls there are")
     parser.add_argument("--of", type=int, metavar="N", help="try N of each kind, spread")
     parser.add_argument("--only", nargs="+", metavar="KIND", help="try kinds, or KIND NUMBER ...")
+    parser.add_argument("--start", choices=STARTS, default=FRESH, help="what NUMBER is counted in")
     parser.add_argument("--place", type=Path, help="a folder to work in, kept")
     parser.add_argument("--row", type=Path, help=argparse.SUPPRESS)  # what `run` asks for
     asked = parser.parse_args()
@@ -331,14 +384,14 @@ def main() -> None:
     trial = Trial(base.Inputs(asked.place / "inputs").make(), asked.place)
     words = asked.only or list(KINDS)
     kinds = [word for word in words if word in KINDS]
-    calls = [(kinds[0], int(word)) for word in words if word not in KINDS]
+    calls = [Call(kinds[0], int(word), asked.start) for word in words if word not in KINDS]
     calls = calls or trial.calls(kinds)
     if asked.count:
-        places = sum(kind == "malloc" for kind, _ in calls)
+        places = sum(call.kind == "malloc" for call in calls)
         print(f"one bake, {trial.seconds:.1f} s: {trial.counts}; malloc in {places} places")
         return
     if asked.of:
-        some = [[call for call in calls if call[0] == kind] for kind in kinds]
+        some = [[call for call in calls if call.kind == kind] for kind in kinds]
         calls = [call for each in some for call in each[:: max(1, -(-len(each) // asked.of))]]
     row = trial.row(CALLS, calls, 1, tell=True)
     print(f"{row.cases} cases in {row.seconds:.0f} s, {len(row.failures)} failures; {row.said()}")
