@@ -120,15 +120,15 @@ class Fit:
     # [468, 3] mm, head space: takes what the expression left in the neutral head off its landmarks,
     # and fades as the expression is played (`stages.fit.rest`)
     rest: np.ndarray = field(default_factory=lambda: np.zeros((468, 3)))
-    # [6] weights of eyeBlink, eyeSquint and eyeLookDown, left and right, with which lids rest: part of the
-    # neutral head and not of `expression` (`stages.fit.rest`)
-    lids: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    # [E] weights of blendshapes with which this person rests, as brows that lie low: part of the neutral head and
+    # not of `expression` (`stages.fit.rest`)
+    resting: np.ndarray = field(default_factory=lambda: np.zeros(len(EXPRESSIONS)))
     # [O] mm: ears, skull, jaw corners, neck and shoulders (`heads.outline`); [0] is the head's own
     outline: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         check_array("Fit.rest", self.rest, (468, 3))
-        check_array("Fit.lids", self.lids, (6,), low=0, high=1)
+        check_array("Fit.resting", self.resting, (len(EXPRESSIONS),), low=0, high=1)
         check_array(
             "Fit.outline", self.outline, (None,), low=-LARGEST_OUTLINE, high=LARGEST_OUTLINE
         )

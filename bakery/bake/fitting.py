@@ -24,12 +24,12 @@ from bakery.stages.fit.rest import (
     RestShape,
     at_rest,
     corner_moves,
-    lid_moves,
     load_rest_shape,
     presence,
     rest_moves,
-    resting_lids,
-    with_lids,
+    resting_moves,
+    resting_weights,
+    with_resting,
 )
 from bakery.stages.fit.warp import residual_offsets
 from bakery.stages.segment import Segmentation, segment
@@ -72,7 +72,7 @@ def fit_portrait(
 
 
 def rested(head: HeadModel, fits: Sequence[Fit], options: TextureOptions) -> list[Fit]:
-    """The fits of one person's photos, and how their neutral head comes to rest (`Fit.rest`, `Fit.lids`).
+    """The fits of one person's photos, and how their neutral head comes to rest (`Fit.rest`, `Fit.resting`).
 
     Photos that share a neutral head share what is known of it: one that rests leaves nothing to
     take off. Nothing is known of other heads than the one that the basis was learned with.
@@ -87,12 +87,13 @@ def rested(head: HeadModel, fits: Sequence[Fit], options: TextureOptions) -> lis
         return list(fits)
     moved = [presence(head, one.expression) for one in fits]
     kept = [
-        resting_lids(head, fitted_neutral(head, one), one.expression, sure)
+        resting_weights(head, fitted_neutral(head, one), one.expression, sure)
         for one, sure in zip(fits, moved)
     ]
-    lids, sure = np.min(kept, axis=0), min(moved)
+    resting, sure = np.min(kept, axis=0), min(moved)
     return [
-        with_lids(replace(one, rest=sure * _moves_to_rest(head, basis, one)), lids) for one in fits
+        with_resting(replace(one, rest=sure * _moves_to_rest(head, basis, one)), resting)
+        for one in fits
     ]
 
 
@@ -129,10 +130,10 @@ def _as_photographed(head: HeadModel, fit: Fit) -> np.ndarray:
 
 
 def fitted_neutral(head: HeadModel, fit: Fit) -> np.ndarray:
-    """The neutral shape [V, 3] mm that was fitted, with its warp, lids and outline, not yet at rest."""
+    """The neutral shape [V, 3] mm that was fitted, with warp, resting weights and outline, not yet at rest."""
     offsets = residual_offsets(head, fit.residual)
-    if fit.lids.any():
-        offsets = offsets + lid_moves(head, fit.lids)
+    if fit.resting.any():
+        offsets = offsets + resting_moves(head, fit.resting)
     if fit.outline.any():
         offsets = offsets + outline_offsets(head, fit.outline)
     return head.neutral(fit.identity, offsets)
@@ -190,7 +191,7 @@ def made_from(photo: Photo, landmarks: Landmarks, fit: Fit, head: HeadModel) -> 
     points = np.round(landmarks.points, 3).tolist()
     warps = [table["residual"], table.get("rest")]
     # As keys were before there were these.
-    warps += [table[name] for name in ("outline", "lids") if name in table]
+    warps += [table[name] for name in ("outline", "resting") if name in table]
     return key_of(photo.sha256, points, parts, *warps, head.digest)
 
 

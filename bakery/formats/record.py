@@ -191,13 +191,20 @@ def fit_to_table(fit: Fit, photo: Photo | None = None) -> dict[str, object]:
     }
     if fit.rest.any():
         table["rest"] = numbers(fit.rest)
-    if fit.lids.any():
-        table["lids"] = numbers(fit.lids)
+    if fit.resting.any():
+        weights = zip(EXPRESSIONS, numbers(fit.resting))
+        table["resting"] = {name: weight for name, weight in weights if weight}
     if fit.outline.any():
         table["outline"] = numbers(fit.outline)
     if photo is not None:
         table["photo"] = {"sha256": photo.sha256, "notes": list(photo.notes)}
     return table
+
+
+# Of what `lids` were the weights, which tables of before 28 November 2026 have for `resting`.
+OLD_LIDS = [
+    f"eye{name}{side}" for name in ("Blink", "Squint", "LookDown") for side in ("Left", "Right")
+]
 
 
 def fit_from_table(name: object, table: Mapping[str, Any]) -> Fit:
@@ -208,7 +215,8 @@ def fit_from_table(name: object, table: Mapping[str, Any]) -> Fit:
     """
     with _reading(name, "bakery fit"):
         camera, expression = table["camera"], dict(table["expression"])
-        unknown = sorted(set(expression) - set(EXPRESSIONS))
+        resting = dict(table.get("resting", zip(OLD_LIDS, table.get("lids", ()))))
+        unknown = sorted({*expression, *resting} - set(EXPRESSIONS))
         if unknown:
             raise ValueError(f"unknown expression {', '.join(unknown)}")
         return Fit(
@@ -226,7 +234,7 @@ def fit_from_table(name: object, table: Mapping[str, Any]) -> Fit:
             diagnostics=dict(table.get("diagnostics", {})),
             head_sha256=str(table.get("head_sha256", "")),
             rest=np.array(table.get("rest", np.zeros((468, 3))), np.float64),
-            lids=np.array(table.get("lids", np.zeros(6)), np.float64),
+            resting=np.array([resting.get(name, 0.0) for name in EXPRESSIONS], np.float64),
             outline=np.array(table.get("outline", []), np.float64),
         )
 

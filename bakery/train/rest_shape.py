@@ -1,13 +1,16 @@
 """Learns what expressions leave in the neutral head, from pairs of photos of one person.
 
 Both photos are fitted. The neutral landmarks of the smiling photo's fit are compared with those of the
-neutral photo's, rigidly aligned by what a smile does not move; the difference is a linear function of
-expression weights and residual warp that fades in as the lips move (`stages.fit.rest`), of a few modes.
-Resting photos count as pairs without change. Each person counts once as it is and once mirrored.
+resting head of the neutral photo, rigidly aligned by what a smile does not move; the difference is a linear
+function of expression weights and residual warp that fades in as the lips move (`stages.fit.rest`), of a few
+modes. Resting photos count as pairs without change. Each person counts once as it is and once mirrored.
+
+The people of the pairs are young. Older people, of whom there are no pairs, count by their means: what leads
+from the mean smile of congress/train to the mean of its resting photos.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,16 +20,24 @@ from bakery.bake.fitting import fit_portrait, fitted_neutral
 from bakery.bake.options import BuildOptions
 from bakery.formats.files import digest_file
 from bakery.formats.image import read_photo
-from bakery.formats.portraits import landmarks_of
+from bakery.formats.portraits import landmarks_of, reference_points
 from bakery.formats.tensors import write_tensors
 from bakery.heads.base import HeadModel
-from bakery.stages.fit.rest import ACTIVE, ARRAYS, RestShape, presence, rest_moves
+from bakery.stages.fit.rest import ACTIVE, ARRAYS, MOUTH, SEAM, RestShape, presence, rest_moves
 from bakery.stages.texture import TextureOptions
 from bakery.train.albedo import ATTRIBUTION
 from bakery.train.rest import mirrored_weights, resting_pairs
 from bakery.types import EXPRESSIONS, Fit
 
 KEPT = BuildOptions(texture=TextureOptions(neutral="keep"))
+SIDES, NOSE, IRISES = np.array([234, 454]), 1, np.array([468, 473])
+TURNED = 0.35  # how far a face may be turned (`_turned`); 0.35 is about 10 degrees
+# Of the distance of the irises: how far lips are parted and corners lie above their middle at most.
+PARTED, LIFTED = 0.02, 0.05
+AT_REST, SMILING = (
+    0.3,
+    0.99,
+)  # presence of who is taken for resting, at most, and for smiling, at least
 
 
 @dataclass(frozen=True)
@@ -35,6 +46,7 @@ class ShapeOptions:
     ridge: float = 1.0  # in squared expression weights
     constant: float = 10.0  # variance of what any moved mouth leaves, over that of a unit of weight
     residual: float = 0.003  # the same of a mm of the residual warp at one landmark
+    means: float = 16.0  # for how many pairs the means of older people count
 
 
 DEFAULTS = ShapeOptions()
@@ -61,14 +73,81 @@ class Pairs:
         return Pairs(*(getattr(self, entry.name)[at] for entry in fields(self)))
 
 
+@dataclass(frozen=True, eq=False)
+class Means:
+    """What leads from the mean smile of people to their mean resting face, without sides."""
+
+    change: np.ndarray  # [468, 3] mm, as of `Pairs`
+    expression: np.ndarray  # [E] of the smiles
+    residual: np.ndarray  # [468, 3] mm, of the smiles
+
+
+def _fitted(path: Path, points: np.ndarray, head: HeadModel) -> Fit:
+    return fit_portrait(path, read_photo(path), landmarks_of(points), head, KEPT)[0]
+
+
 def fitted_pairs(portraits: Path, head: HeadModel) -> Iterator[tuple[Fit, Fit]]:
     """The fits of the neutral and the smiling photo of each person of london/train."""
-
-    def fitted(path, points):
-        return fit_portrait(path, read_photo(path), landmarks_of(points), head, KEPT)[0]
-
     for rest, smile in resting_pairs(portraits):
-        yield fitted(*rest), fitted(*smile)
+        yield _fitted(*rest, head), _fitted(*smile, head)
+
+
+def fitted_others(portraits: Path, head: HeadModel) -> Iterator[Fit]:
+    """Fits of congress/train: whose lips are closed and about level, and every fourth of the others."""
+    found = reference_points(portraits / "congress", "train")
+    facing = [each for each in sorted(found.items()) if abs(_turned(each[1])) < TURNED]
+    closed = [each for each in facing if _about_closed(each[1])]
+    others = [each for each in facing if not _about_closed(each[1])]
+    for path, points in closed + others[::4]:
+        yield _fitted(path, points, head)
+
+
+def _turned(points):
+    """The logarithm of how much nearer the tip of the nose is to one side of the face [478, 2]."""
+    right, left = np.linalg.norm(points[SIDES] - points[NOSE], axis=1)
+    return np.log(right / left)
+
+
+def _about_closed(points):
+    """Whether lips [478, 2] touch, with corners that are hardly higher than their middle."""
+    irises = points[IRISES]
+    across = irises[1] - irises[0]
+    down = np.array([-across[1], across[0]]) / (across @ across)
+    upper, lower = points[SEAM] @ down
+    corners = (points[marks.MOUTH_CORNERS] @ down).mean()
+    return lower - upper < PARTED and (upper + lower) / 2 - corners < LIFTED
+
+
+def rested_landmarks(head: HeadModel, fit: Fit) -> np.ndarray:
+    """Landmarks [468, 3] mm of the neutral head of a resting photo, with what its mouth shows of rest."""
+    resting = np.zeros(len(EXPRESSIONS))
+    resting[MOUTH] = fit.expression[MOUTH]
+    return head.landmarks(fitted_neutral(head, replace(fit, resting=resting)))[: marks.FACE]
+
+
+def means(found: Sequence[Fit], head: HeadModel) -> Means:
+    """What fits of resting and of smiling people, who need not be the same, say in the mean."""
+    by, lower = still(head), moving(head)
+    sure = np.array([presence(head, fit.expression) for fit in found])
+    smiles = [fit for fit, each in zip(found, sure) if each > SMILING]
+    rests = [fit for fit, each in zip(found, sure) if each < AT_REST]
+    here = [head.landmarks(fitted_neutral(head, fit))[: marks.FACE] for fit in smiles]
+    there = [rested_landmarks(head, fit) for fit in rests]
+    center = np.mean(here, 0)
+    before, after = (
+        np.mean([aligned(points, center, by) for points in group], 0) for group in (here, there)
+    )
+    twin, other = mirrored_weights(), mirrored_landmarks(head)
+
+    def even(points):
+        flipped: np.ndarray = points[other] * [-1, 1, 1]
+        return (points + flipped) / 2
+
+    weights = np.mean([fit.expression for fit in smiles], 0)
+    residual = np.mean([fit.residual for fit in smiles], 0)
+    return Means(
+        even((after - before) * lower[:, None]), (weights + weights[twin]) / 2, even(residual)
+    )
 
 
 def mirrored_landmarks(head: HeadModel) -> np.ndarray:
@@ -110,9 +189,8 @@ def pairs(found: list[tuple[Fit, Fit]], head: HeadModel) -> Pairs:
     by, lower = still(head), moving(head)
     rows = []
     for rest, smile in found:
-        there, here = (
-            head.landmarks(fitted_neutral(head, fit))[: marks.FACE] for fit in (rest, smile)
-        )
+        there = rested_landmarks(head, rest)
+        here = head.landmarks(fitted_neutral(head, smile))[: marks.FACE]
         change = (aligned(there, here, by) - here) * lower[:, None]
         sure = [presence(head, fit.expression) for fit in (smile, rest)]
         weights = [fit.expression for fit in (smile, rest)]
@@ -123,7 +201,9 @@ def pairs(found: list[tuple[Fit, Fit]], head: HeadModel) -> Pairs:
     return Pairs(*(np.stack(column) for column in zip(*rows)))
 
 
-def learn(known: Pairs, head: HeadModel, options: ShapeOptions = DEFAULTS) -> RestShape:
+def learn(
+    known: Pairs, head: HeadModel, options: ShapeOptions = DEFAULTS, others: Means | None = None
+) -> RestShape:
     """The modes, and how weights and residual set their amounts: ridge regression of reduced rank."""
     lower = moving(head)
     scale = np.concatenate(
@@ -145,6 +225,10 @@ def learn(known: Pairs, head: HeadModel, options: ShapeOptions = DEFAULTS) -> Re
     inputs = np.concatenate([smiles, rests])
     wanted = known.change.reshape(len(known.change), -1)
     wanted = np.concatenate([wanted, np.zeros_like(wanted)])
+    if others is not None:
+        mean = seen(np.ones(1), others.expression[None], others.residual[None])
+        inputs = np.concatenate([inputs, options.means**0.5 * mean])
+        wanted = np.concatenate([wanted, options.means**0.5 * others.change.reshape(1, -1)])
     square = inputs @ inputs.T + options.ridge * np.eye(len(inputs))
     change = np.linalg.solve(square, wanted)  # by sample
     _, _, axes = np.linalg.svd(inputs @ (inputs.T @ change), full_matrices=False)
@@ -158,7 +242,9 @@ def learn(known: Pairs, head: HeadModel, options: ShapeOptions = DEFAULTS) -> Re
     return RestShape(head.name, *(part.astype(np.float32) for part in arrays))
 
 
-def left_out_error(known: Pairs, head: HeadModel, options: ShapeOptions = DEFAULTS) -> dict:
+def left_out_error(
+    known: Pairs, head: HeadModel, options: ShapeOptions = DEFAULTS, others: Means | None = None
+) -> dict:
     """Root mean square distance across the line of sight, mm, of people who were not learned from.
 
     Returns:
@@ -167,8 +253,8 @@ def left_out_error(known: Pairs, head: HeadModel, options: ShapeOptions = DEFAUL
     people = len(known.change) // 2
     before, after, moved = [], [], []
     for k in range(people):
-        others = np.delete(np.arange(2 * people), [2 * k, 2 * k + 1])
-        basis = learn(known.rows(others), head, options)
+        rows = np.delete(np.arange(2 * people), [2 * k, 2 * k + 1])
+        basis = learn(known.rows(rows), head, options, others)
         row = 2 * k
         moves = rest_moves(basis, known.expression[row], known.residual[row])
         moves *= known.presence[row]
@@ -202,10 +288,11 @@ def model_card(basis: RestShape, metrics: dict, path: Path, commit: str) -> dict
         "method": "fit both photos, difference of the neutral landmarks after rigid alignment, ridge "
         "regression of reduced rank on expression weights and residual warp, faded in by how far "
         "the lips move; each person as is and mirrored; deterministic, no seed",
-        "data": "london/train, neutral and smiling",
+        "data": "london/train, neutral and smiling; means of congress/train (public domain)",
         "attribution": ATTRIBUTION,
         "licence": "CC-BY-4.0",
-        "limits": "smiles, with and without teeth, of 62 adults seen from the front; other heads "
+        "limits": "smiles, with and without teeth, of 62 young adults seen from the front, and of older "
+        "people in the mean alone; other heads "
         "than this one are left as fitted; other expressions are changed as far as their weights occur in smiles",
         "head": basis.head,
         "modes": len(basis.modes),

@@ -54,6 +54,27 @@ def test_how_a_head_comes_to_rest_is_told_of_an_expression_alone(fit):
         record.fit_from_table("fit", table)
 
 
+def test_resting_weights_come_back_also_as_older_tables_have_them(fit):
+    assert "resting" not in record.fit_to_table(fit)
+    weights = np.zeros(len(EXPRESSIONS))
+    weights[[EXPRESSIONS.index(name) for name in ("browDownLeft", "eyeLookDownRight")]] = 0.5, 0.25
+    table = record.parse("fit", record.dump(record.fit_to_table(replace(fit, resting=weights))))
+    assert table["resting"] == {"browDownLeft": 0.5, "eyeLookDownRight": 0.25}
+    assert (record.fit_from_table("fit", table).resting == weights).all()
+    for wrong in ({"browDownLeft": 2}, {"browDownMiddle": 0.5}, {"browDownLeft": "low"}, [0.5]):
+        with pytest.raises(InputError):
+            record.fit_from_table("fit", table | {"resting": wrong})
+    del table["resting"]
+    old = record.fit_from_table("fit", table | {"lids": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]}).resting
+    shapes = (
+        "eyeBlinkLeft eyeBlinkRight eyeSquintLeft eyeSquintRight eyeLookDownLeft eyeLookDownRight"
+    )
+    assert [old[EXPRESSIONS.index(name)] for name in shapes.split()] == [
+        0.1, 0.2, 0.3, 0.4, 0.5, 0.6
+    ]  # fmt: skip
+    assert np.count_nonzero(old) == 6
+
+
 def test_faces_come_back(tmp_path):
     rng = np.random.default_rng(1)
     face = Landmarks(np.array([1.0, 2, 3, 4]), 0.9, rng.random((478, 2)) * 99, rng.random(478))

@@ -74,6 +74,54 @@ def test_each_person_counts_mirrored_too(head, known):
     assert_allclose(smiles, known.expression[::2].sum(1))
 
 
+def test_a_resting_mouth_is_the_aim_as_its_photo_shows_it(head):
+    """A mouth that is wide at rest is so in the photo by an expression."""
+    still, smiling = person(head, np.random.default_rng(4), 0.9, 0.9)
+    wide = replace(still, expression=weights({"mouthDimpleLeft": 0.1, "mouthDimpleRight": 0.1}))
+    (plain, _), (rested, _) = (
+        training.pairs([(rest, smiling)], head).change for rest in (still, wide)
+    )
+    right, left = marks.MOUTH_CORNERS
+    assert (rested - plain)[left, 0] > 0.1 and (rested - plain)[right, 0] < -0.1
+    assert presence(head, wide.expression) == 0
+
+
+def test_people_without_pairs_count_by_their_means(head, known):
+    """Their mean smile comes to their mean rest, and pairs stay about as they are."""
+    rng = np.random.default_rng(5)
+    smiles = [person(head, rng, *share)[1] for share in ((0.9, 1.0), (1.0, 0.9))]
+    stern = weights({"mouthPressLeft": 0.1, "mouthPressRight": 0.1})
+    rests = [replace(person(head, rng, 0, 0)[0], expression=stern) for _ in range(2)]
+    shape = np.zeros(20)  # one head, so that means of two are means of all
+    found = [replace(fit, identity=shape) for fit in smiles + rests]
+    others = training.means(found, head)
+    other = training.mirrored_landmarks(head)
+    assert_allclose(others.change[other] * [-1, 1, 1], others.change, atol=1e-9)
+    assert np.abs(others.change[marks.LIPS]).max() > 0.5
+    heavy = replace(OPTIONS, means=1e4, modes=8)
+    basis = training.learn(known, head, heavy, others)
+    moves = rest_moves(basis, others.expression, others.residual)
+    assert_allclose(moves, others.change, atol=0.1)
+    without = training.learn(known, head, heavy)
+    moves = rest_moves(without, others.expression, others.residual)
+    assert np.abs(moves - others.change).max() > 0.2
+
+
+def test_which_lips_are_about_closed(head):
+    points = np.zeros((478, 2))
+    points[training.IRISES] = (-50, 0), (50, 0)
+    points[training.SEAM] = (0, 100), (0, 101)
+    points[marks.MOUTH_CORNERS] = (-40, 98), (40, 98)
+    assert training._about_closed(points)
+    for at, moved in ((training.SEAM[1], (0, 103)), (marks.MOUTH_CORNERS, (0, 92))):
+        other = points.copy()
+        other[at, 1] = moved[1]
+        assert not training._about_closed(other)
+    # The same of a head that is tilted.
+    turn = np.array([[0.8, 0.6], [-0.6, 0.8]])
+    assert training._about_closed(points @ turn)
+
+
 def test_how_a_head_is_held_does_not_count(head):
     """A pair whose resting head lies elsewhere leaves nothing."""
     points = head.landmarks(head.mean)[: marks.FACE].astype(float)

@@ -98,14 +98,19 @@ def skin(portraits, output, commit, head, overwrite):
 @train.command("rest-shape", cls=options.Command)
 @learned
 def rest_shape(portraits, output, commit, head, overwrite):
-    """Learn what smiles leave in the neutral head from london/train of PORTRAITS, with its card."""
+    """Learn what smiles leave in the neutral head from london/train and congress/train of PORTRAITS.
+
+    Its card goes beside it.
+    """
     from bakery.heads.file import load_head
     from bakery.train import rest_shape as training
 
     def make():
         model = load_head(head)
         known = training.pairs(list(training.fitted_pairs(portraits, model)), model)
-        return training.learn(known, model), training.left_out_error(known, model)
+        others = training.means(list(training.fitted_others(portraits, model)), model)
+        errors = training.left_out_error(known, model, others=others)
+        return training.learn(known, model, others=others), errors
 
     _write_basis(training, make, output, commit, overwrite)
 

@@ -18,7 +18,7 @@ from bakery.parallel import beside
 from bakery.stages.atlas import Atlas, Visibility, make_atlas, make_view, visibility_of
 from bakery.stages.condition import condition
 from bakery.stages.face_frame import head_photo
-from bakery.stages.fit.rest import presence
+from bakery.stages.fit.rest import presence, shown
 from bakery.stages.texture.calm import calmed
 from bakery.stages.texture.complete import INFERRED, PAINTED, CompleteAlbedo, complete
 from bakery.stages.texture.creases import even_corners, filled
@@ -156,8 +156,9 @@ def prepare(
     texture[on_skin.index] = one_pair(texture[on_skin.index], facing, head, on_skin)
     if rest is not None:
         seen = texture[on_skin.index]
-        made = seen * np.exp(change_of(rest, head, on_skin, fit.expression))
-        share = presence(head, fit.expression)
+        expression = shown(fit)
+        made = seen * np.exp(change_of(rest, head, on_skin, expression))
+        share = presence(head, expression)
         made = filled(made, head, on_skin, share)
         plain = view.partial.plain.reshape(-1)[on_skin.index]
         made = calmed(made, plain, head, on_skin, share)
