@@ -17,7 +17,7 @@ from bakery.hair.layer import HairLayer
 from bakery.heads.base import PARTS, HeadModel
 from bakery.stages.condition import SIZE, condition, finer
 from bakery.stages.face_frame import cut, face_frame
-from bakery.stages.fit.rest import played_back
+from bakery.stages.fit.rest import played_back, played_on
 from bakery.stages.segment import HAIR, Segmentation
 from bakery.stages.texture.hair import mattes_of
 from bakery.stages.texture.hairline import beside_mesh
@@ -102,9 +102,10 @@ class FittedSubject:
         """
         photo = read_photo(path)
         fit, segmentation = fit_portrait(path, photo, landmarks, self.model, self.options)
+        played = played_on(fit, self.neutral.fit.resting)
         driven, own = (
-            self._observation(photo, landmarks.points, fit, segmentation, neutral)
-            for neutral in (self.shape, self.own_shape(fit))
+            self._observation(photo, landmarks.points, seen, segmentation, neutral)
+            for seen, neutral in ((played, self.shape), (fit, self.own_shape(fit)))
         )
         return driven, own
 

@@ -54,7 +54,9 @@ def test_a_resting_face_is_left_alone(head, fit):
         (found,) = rested(head, [replace(fit, expression=still)], TextureOptions())
         assert not found.rest.any()
         same, neutral = rest.at_rest(head, fitted_neutral(head, found), found)
-        assert same is head
+        changed = np.abs(same.expression_basis - head.expression_basis).max((1, 2)) > 0
+        smiles = set(rest.SMILES) if still.any() else set()  # these take off how the mouth rests
+        assert set(np.flatnonzero(changed)) == smiles
         assert_array_equal(neutral, fitted_neutral(head, found))
 
 
@@ -135,7 +137,7 @@ def test_who_rests_keeps_brows_and_mouth(head, fit):
     own = {"browDownLeft": 0.5, "browDownRight": 0.4, "mouthDimpleLeft": 0.1, "mouthPucker": 0.1}
     fit = replace(fit, expression=look(weights(own), rest.STRAIGHT), gaze=rest.STRAIGHT)
     (found,) = rested(head, [fit], TextureOptions())
-    assert not found.expression.any() and not found.rest.any()
+    assert np.abs(found.expression).max() < 1e-6 and not found.rest.any()
     _, neutral = resting_head(head, found)
     as_photographed = head.vertices(fitted_neutral(head, fit), fit.expression, fit.gaze)
     points = [head.landmarks(shape)[: marks.FACE] for shape in (neutral, as_photographed)]
@@ -147,6 +149,43 @@ def test_who_rests_keeps_brows_and_mouth(head, fit):
     open_mouth = look(weights({"jawOpen": 0.03, **own}), rest.STRAIGHT)
     (found,) = rested(head, [replace(fit, expression=open_mouth)], TextureOptions())
     assert_allclose(found.expression[EXPRESSIONS.index("jawOpen")], 0.03)
+
+
+def test_a_smile_takes_the_mouth_off_its_resting_shape(head, fit):
+    own = weights({"mouthPucker": 0.2, "mouthSmileLeft": 0.3, "mouthSmileRight": 0.05})
+    (found,) = rested(head, [replace(fit, expression=own)], TextureOptions())
+    left, right = rest.SMILES
+    # What is more than resting mouths have is a faint smile.
+    assert_allclose(found.resting[[left, right]], [rest.MOST_ACTIVE, 0.05], atol=1e-6)
+    assert_allclose(found.expression[left], 0.3 - rest.MOST_ACTIVE, atol=1e-6)
+    mine, neutral = rest.at_rest(head, fitted_neutral(head, found), found)
+    grin = weights({"mouthSmileLeft": 1.0, "mouthSmileRight": 1.0})
+    lids = np.zeros(len(EXPRESSIONS))
+    lids[rest.LIDS] = found.resting[rest.LIDS]
+    bare = fitted_neutral(head, replace(found, resting=lids))  # the mouth as the model has it
+    skin = head.part_vertices("skin")
+    assert_allclose(
+        mine.vertices(neutral, grin, (0, 0))[skin],
+        head.vertices(bare, grin, (0, 0))[skin],
+        atol=1e-4,
+    )
+    # Another shape keeps the model's plain smile.
+    back = rest.played_back(head, neutral, found, grin)
+    assert_allclose(
+        mine.vertices(neutral + back, grin, (0, 0))[skin],
+        head.vertices(neutral, grin, (0, 0))[skin],
+        atol=1e-4,
+    )
+
+
+def test_other_photos_weights_are_told_from_the_resting_ones(head, fit):
+    own = weights({"browDownLeft": 0.5, "mouthPucker": 0.2})
+    (mine,) = rested(head, [replace(fit, expression=own)], TextureOptions())
+    (other,) = rested(head, [replace(fit, expression=SMILE + own)], TextureOptions())
+    played = rest.played_on(other, mine.resting)
+    assert_allclose(played.expression[rest.BROWS], 0, atol=1e-6)
+    assert_allclose(played.expression[rest.MOUTH], SMILE[rest.MOUTH], atol=1e-6)
+    assert_array_equal(played.gaze, other.gaze)
 
 
 def test_a_smile_keeps_brows_alone_and_not_any(head, fit):
