@@ -4,7 +4,7 @@ The avatar's texture is made of the smiling photo. It is drawn at rest, in the c
 neutral photo, and compared with it: with the smiling photo's own head, as a user gets it, and with the
 head of the neutral photo's fit, which shows the texture alone; that also brought to the neutral photo's
 exposure and white balance, which no smiling photo tells. How far its lids are open is compared with what
-the neutral photo's points say.
+the neutral photo's points say, and where brows and mouth lie with the neutral photo's fit.
 """
 
 from collections.abc import Iterator
@@ -13,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from bakery import landmarks as marks
+from bakery.bake.fitting import fitted_neutral
 from bakery.bake.options import BuildOptions
 from bakery.bake.subject import FittedSubject
 from bakery.evaluate.avatar import CROP, compare, mean_score
@@ -24,10 +26,17 @@ from bakery.formats.mark import MIXED
 from bakery.formats.portraits import landmarks_of
 from bakery.geometry.color import to_encoded, to_linear
 from bakery.hair.cards import CardHair
-from bakery.stages.fit.rest import lids_open
+from bakery.stages.fit.rest import BROWS, MOUTH, lids_open, shown
+from bakery.train.rest_shape import aligned, still
 
 FIGURES = ("scores", "exposed", "driven")  # of Result
 DARK = 2e-3  # linear; below it no ratio is told
+GROUPS = {
+    "brows": marks.BROWS,
+    "lips": marks.LIPS,
+    "corners": marks.MOUTH_CORNERS,
+    "jaw": marks.OVAL[11:26],
+}
 KEPT = "as photographed"  # the texture of the smile, without anything taken out
 
 
@@ -41,6 +50,7 @@ class Result:
     exposed: dict  # the same, exposed as the neutral photo is
     driven: dict  # as `scores`, with the smiling photo's own head
     lids: dict  # way, or "truth" -> how far lids are open, of the width of an eye
+    shape: dict  # way -> group of landmarks -> mm across the line of sight off the neutral photo's, rms
     pictures: dict  # way -> [CROP, CROP, 3] sRGB-encoded
 
 
@@ -75,25 +85,40 @@ def measure(pair: Pair, head, ways: dict[str, BuildOptions]) -> Result:
     driven: dict = {}
     # The points' y goes down.
     lids = {"truth": lids_open(np.asarray(pair.neutral_points)[:, :2] * [1, -1])}
+    shape: dict = {}
     pictures: dict = {}
     for name, options in ways.items():
         smiling = landmarks_of(pair.smiling_points)
         fitted = FittedSubject(pair.smiling, smiling, head, options, CROP, hair=CardHair())
         own, target = fitted.observe_both(pair.neutral, landmarks_of(pair.neutral_points))
         lids[name] = lids_open(fitted.head.landmarks(fitted.subject.neutral))
+        shape[name] = _apart(head, fitted.head.landmarks(fitted.shape), target.fit)
         face, truth = target.face / 255, target.picture
         pictures.setdefault("photo", fitted.neutral.picture)
         for table, seen in ((driven, own), (scores, target)):
             made = paint_all(fitted, seen, {}, head)
-            for way, shown in ((name, "static"), ("warp", "warp")):
-                table[way] = compare(made[shown], truth, target.points, face)
+            for way, drawn in ((name, "static"), ("warp", "warp")):
+                table[way] = compare(made[drawn], truth, target.points, face)
             if table is scores:
-                for way, shown in ((name, "static"), ("warp", "warp")):
-                    alike = exposed_alike(made[shown], truth, face)
+                for way, drawn in ((name, "static"), ("warp", "warp")):
+                    alike = exposed_alike(made[drawn], truth, face)
                     exposed[way] = compare(alike, truth, target.points, face)
                 pictures |= {name: made["static"], "warp": made["warp"]}
         pictures["truth"] = truth
-    return Result(pair.name, pair.teeth, scores, exposed, driven, lids, pictures)
+    return Result(pair.name, pair.teeth, scores, exposed, driven, lids, shape, pictures)
+
+
+def _apart(head, found, fit):
+    """{group: mm} of landmarks [478, 3] at rest off those that a resting photo's fit shows, by what is still."""
+    plain = fitted_neutral(head, replace(fit, resting=np.zeros_like(fit.resting)))
+    weights = np.zeros_like(fit.resting)
+    for group in (BROWS, MOUTH):
+        weights[group] = shown(fit)[group]
+    truth = head.landmarks(head.vertices(plain, weights, (0, 0)))[: marks.FACE]
+    by = still(head)
+    by[marks.BROWS] = False
+    off = (aligned(found[: marks.FACE], truth, by) - truth)[:, :2]
+    return {name: float(np.sqrt((off[group] ** 2).sum(1).mean())) for name, group in GROUPS.items()}
 
 
 def everybody(
@@ -119,7 +144,8 @@ def everybody(
 def summary(results: list[Result]) -> dict:
     """Means over all people and over those who show teeth: {group: {way: figures}}.
 
-    And how far lids are open in the mean, with the root mean square of what that is off from the truth.
+    And how far lids are open in the mean, with the root mean square of what that is off from the truth, and
+    the root mean square of where brows, lips, their corners and the jaw are off, mm.
     """
     groups = {"all": results, "teeth": [result for result in results if result.teeth]}
     return {
@@ -130,7 +156,10 @@ def summary(results: list[Result]) -> dict:
             }
             for figure in FIGURES
         }
-        | {"lids": _of_lids([result.lids for result in group])}
+        | {
+            "lids": _of_lids([result.lids for result in group]),
+            "shape": _of_shapes([result.shape for result in group]),
+        }
         for name, group in groups.items()
         if group
     }
@@ -142,4 +171,14 @@ def _of_lids(found: list[dict]) -> dict:
     return {
         way: [float(each.mean()), float(np.sqrt(((each - values["truth"]) ** 2).mean()))]
         for way, each in values.items()
+    }
+
+
+def _of_shapes(found: list[dict]) -> dict:
+    """{way: {group: root mean square, mm}} of several people."""
+    return {
+        way: {
+            name: float(np.sqrt(np.mean([one[way][name] ** 2 for one in found]))) for name in GROUPS
+        }
+        for way in found[0]
     }

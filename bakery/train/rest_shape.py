@@ -287,7 +287,8 @@ def model_card(basis: RestShape, metrics: dict, path: Path, commit: str) -> dict
         "purpose": "what an expression leaves in the fitted neutral head, to be taken off it",
         "method": "fit both photos, difference of the neutral landmarks after rigid alignment, ridge "
         "regression of reduced rank on expression weights and residual warp, faded in by how far "
-        "the lips move; each person as is and mirrored; deterministic, no seed",
+        "the lips move; each person as is and mirrored; older people by the means of their smiling and "
+        "resting photos; deterministic, no seed",
         "data": "london/train, neutral and smiling; means of congress/train (public domain)",
         "attribution": ATTRIBUTION,
         "licence": "CC-BY-4.0",

@@ -32,6 +32,8 @@ def test_a_resting_photo_stays_as_it_is(portrait, head):
     )
     # A face without expression has the lids of its photo; of a depth of 2 mm pixels show nothing.
     assert result.lids["rest"] == pytest.approx(result.lids["truth"], abs=0.03)
+    # Brows and mouth lie where the photo has them; what parts lips stays out of a resting head.
+    assert max(result.shape["rest"].values()) < 0.3
     assert list(result.pictures) == ["photo", "rest", "warp", "truth"]
     table = rest.summary([result])
     assert table["all"] == table["teeth"]
