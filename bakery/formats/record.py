@@ -192,8 +192,7 @@ def fit_to_table(fit: Fit, photo: Photo | None = None) -> dict[str, object]:
     if fit.rest.any():
         table["rest"] = numbers(fit.rest)
     if fit.resting.any():
-        weights = zip(EXPRESSIONS, numbers(fit.resting))
-        table["resting"] = {name: weight for name, weight in weights if weight}
+        table["resting"] = {n: w for n, w in zip(EXPRESSIONS, numbers(fit.resting)) if w}
     if fit.outline.any():
         table["outline"] = numbers(fit.outline)
     if photo is not None:
@@ -201,10 +200,10 @@ def fit_to_table(fit: Fit, photo: Photo | None = None) -> dict[str, object]:
     return table
 
 
-# Of what `lids` were the weights, which tables of before 28 November 2026 have for `resting`.
-OLD_LIDS = [
-    f"eye{name}{side}" for name in ("Blink", "Squint", "LookDown") for side in ("Left", "Right")
-]
+# What `lids` were the weights of, which tables of before 28 November 2026 have for `resting`.
+OLD_LIDS = (
+    "eyeBlinkLeft eyeBlinkRight eyeSquintLeft eyeSquintRight eyeLookDownLeft eyeLookDownRight"
+)
 
 
 def fit_from_table(name: object, table: Mapping[str, Any]) -> Fit:
@@ -215,7 +214,7 @@ def fit_from_table(name: object, table: Mapping[str, Any]) -> Fit:
     """
     with _reading(name, "bakery fit"):
         camera, expression = table["camera"], dict(table["expression"])
-        resting = dict(table.get("resting", zip(OLD_LIDS, table.get("lids", ()))))
+        resting = dict(table.get("resting", zip(OLD_LIDS.split(), table.get("lids", ()))))
         unknown = sorted({*expression, *resting} - set(EXPRESSIONS))
         if unknown:
             raise ValueError(f"unknown expression {', '.join(unknown)}")

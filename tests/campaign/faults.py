@@ -9,8 +9,7 @@ File calls count if they are about the case's folder, which holds copies of phot
 output and the temporary files. Allocations count from 256 KiB on: smaller ones are hundreds of thousands,
 Linux refuses hardly any, and Python, which makes most of them, has nothing left then to say so with. The
 large ones are still 18,000 in 1,800 places of the code: the first of each place fails. A bake that goes on
-from the finished steps of another, as after a kill, comes to most of them sooner: a place is tried in the
-shortest of three bakes that reach it (STARTS).
+from another's finished steps comes to most of them sooner: the shortest of STARTS that reaches it is taken.
 
 A bake of one photo is one process. Its threads share the counters, which are atomic; with them the order
 of calls, and their number by a few, differs from run to run, so a call may not be reached: no case then.
@@ -19,8 +18,8 @@ A process that a bake forked would count on in the same memory.
     python tests/campaign/faults.py [--count] [--of N] [--only KIND ... [NUMBER ...] [--start START]]
                                     [--place FOLDER]
 
-prints how many calls there are; tries N of each kind, spread; tries some kinds, or some calls of one. The
-last two say of each call where it was made and what bakery said.
+prints how many calls there are; tries N of each kind, spread; tries some kinds, or some calls of one, and
+says where each was made and what bakery said.
 """
 
 import argparse

@@ -87,13 +87,12 @@ def test_the_headline_is_the_neutral_photos_head(twins, aside, head, fitted_once
     _, (turned,) = read_faces(aside[1])
     fitted = fitted_once(twins.neutral, landmarks_of(twins.neutral_points), head)
     driven, own = fitted.observe_both(aside[0], landmarks_of(turned.points))
-    assert driven.fit is own.fit
-    used = np.asarray(driven.fit.expression)
+    assert driven.fit.camera is own.fit.camera
     theirs = fitted_neutral(
         head, replace(own.fit, outline=fitted.neutral.fit.outline)
     )  # ears are the person's
     for seen, neutral in ((driven, fitted.shape), (own, theirs)):
-        expected = fitted.head.vertices(neutral, used, driven.fit.gaze)
+        expected = fitted.head.vertices(neutral, seen.fit.expression, seen.fit.gaze)
         assert_allclose(seen.conditions.vertices, expected, atol=1e-4)
     assert np.abs(driven.conditions.vertices - own.conditions.vertices).max() > 0.1  # mm
 
