@@ -55,8 +55,9 @@ def test_a_resting_face_is_left_alone(head, fit):
         assert not found.rest.any()
         same, neutral = rest.at_rest(head, fitted_neutral(head, found), found)
         changed = np.abs(same.expression_basis - head.expression_basis).max((1, 2)) > 0
-        smiles = set(rest.SMILES) if still.any() else set()  # these take off how the mouth rests
-        assert set(np.flatnonzero(changed)) == smiles
+        # Smiles take off how the mouth rests; brows that are up at rest go up by what is left.
+        wanted = {*rest.SMILES, EXPRESSIONS.index("browInnerUp")} if still.any() else set()
+        assert set(np.flatnonzero(changed)) == wanted
         assert_array_equal(neutral, fitted_neutral(head, found))
 
 
@@ -174,6 +175,29 @@ def test_a_smile_takes_the_mouth_off_its_resting_shape(head, fit):
     assert_allclose(
         mine.vertices(neutral + back, grin, (0, 0))[skin],
         head.vertices(neutral, grin, (0, 0))[skin],
+        atol=1e-4,
+    )
+
+
+def test_brows_go_as_far_as_anybodys(head, fit):
+    """Low brows at rest are not lowered twice, and another shape keeps the model's plain frown."""
+    own = weights({"browDownLeft": 0.6, "browDownRight": 0.6})
+    (found,) = rested(head, [replace(fit, expression=own)], TextureOptions())
+    mine, neutral = rest.at_rest(head, fitted_neutral(head, found), found)
+    frown = weights({"browDownLeft": 1.0, "browDownRight": 1.0})
+    lids = found.resting.copy()
+    lids[rest.BROWS] = 0
+    plain = fitted_neutral(head, replace(found, resting=lids))
+    skin = head.part_vertices("skin")
+    assert_allclose(
+        mine.vertices(neutral, frown, (0, 0))[skin],
+        head.vertices(plain, frown, (0, 0))[skin],
+        atol=1e-4,
+    )
+    back = rest.played_back(head, neutral, found, frown)
+    assert_allclose(
+        mine.vertices(neutral + back, frown, (0, 0))[skin],
+        head.vertices(neutral, frown, (0, 0))[skin],
         atol=1e-4,
     )
 

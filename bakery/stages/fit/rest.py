@@ -255,7 +255,8 @@ def at_rest(head: HeadModel, neutral: np.ndarray, fit: Fit) -> tuple[HeadModel, 
 
     Its expressions take up what the neutral shape loses: played with the photo's own weights, the
     head has the same shape as before. A smile takes the mouth off its resting shape, as pursed lips
-    are no longer pursed in it.
+    are no longer pursed in it, and brows that lie low at rest go down by what is left. (More than MOST_BROWS
+    of a photo comes back but for what that takes off it.)
 
     Args:
         head: HeadModel; neutral: [V, 3] mm, the fitted neutral shape.
@@ -265,9 +266,10 @@ def at_rest(head: HeadModel, neutral: np.ndarray, fit: Fit) -> tuple[HeadModel, 
         [V, 3] mm.
     """
     mouth = _resting_mouth(head, fit)
-    if not (fit.rest.any() or mouth.any()):
+    if not (fit.rest.any() or mouth.any() or fit.resting[BROWS].any()):
         return head, neutral
     basis = head.expression_basis.copy()
+    basis[BROWS] *= (1 - fit.resting[BROWS]).astype(np.float32)[:, None, None]
     for shape in SMILES:
         basis[shape] -= _share(EXPRESSIONS[shape], neutral[:, 0])[:, None] * mouth
     offsets = residual_offsets(head, fit.rest)
@@ -292,6 +294,7 @@ def played_back(
     share = np.tensordot(weights[ACTIVE], _parts(fit.expression, across), 1)
     out = smile[:, None] * _resting_mouth(head, fit)
     out += share[:, None] * residual_offsets(head, fit.rest)
+    out += np.tensordot((weights * fit.resting)[BROWS], head.expression_basis[BROWS], 1)
     return out.astype(np.float32)
 
 
