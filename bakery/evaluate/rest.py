@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from bakery import landmarks as marks
-from bakery.bake.fitting import fitted_neutral
 from bakery.bake.options import BuildOptions
 from bakery.bake.subject import FittedSubject
 from bakery.evaluate.avatar import CROP, compare, mean_score
@@ -26,17 +25,13 @@ from bakery.formats.mark import MIXED
 from bakery.formats.portraits import landmarks_of
 from bakery.geometry.color import to_encoded, to_linear
 from bakery.hair.cards import CardHair
-from bakery.stages.fit.rest import BROWS, MOUTH, lids_open, shown
-from bakery.train.rest_shape import aligned, still
+from bakery.stages.fit.rest import SHOWN, lids_open
+from bakery.train import rest_shape
+from bakery.train.rest_shape import aligned, rested_landmarks, still
 
 FIGURES = ("scores", "exposed", "driven")  # of Result
 DARK = 2e-3  # linear; below it no ratio is told
-GROUPS = {
-    "brows": marks.BROWS,
-    "lips": marks.LIPS,
-    "corners": marks.MOUTH_CORNERS,
-    "jaw": marks.OVAL[11:26],
-}
+GROUPS = {"brows": marks.BROWS, **rest_shape.GROUPS}  # of landmarks
 KEPT = "as photographed"  # the texture of the smile, without anything taken out
 
 
@@ -110,11 +105,7 @@ def measure(pair: Pair, head, ways: dict[str, BuildOptions]) -> Result:
 
 def _apart(head, found, fit):
     """{group: mm} of landmarks [478, 3] at rest off those that a resting photo's fit shows, by what is still."""
-    plain = fitted_neutral(head, replace(fit, resting=np.zeros_like(fit.resting)))
-    weights = np.zeros_like(fit.resting)
-    for group in (BROWS, MOUTH):
-        weights[group] = shown(fit)[group]
-    truth = head.landmarks(head.vertices(plain, weights, (0, 0)))[: marks.FACE]
+    truth = rested_landmarks(head, fit, SHOWN)
     by = still(head)
     by[marks.BROWS] = False
     off = (aligned(found[: marks.FACE], truth, by) - truth)[:, :2]

@@ -23,21 +23,32 @@ from bakery.formats.image import read_photo
 from bakery.formats.portraits import landmarks_of, reference_points
 from bakery.formats.tensors import write_tensors
 from bakery.heads.base import HeadModel
-from bakery.stages.fit.rest import ACTIVE, ARRAYS, MOUTH, SEAM, RestShape, presence, rest_moves
+from bakery.stages.fit.rest import (
+    ACTIVE,
+    ARRAYS,
+    MOUTH,
+    SEAM,
+    RestShape,
+    only,
+    presence,
+    rest_moves,
+    shown,
+)
 from bakery.stages.texture import TextureOptions
 from bakery.train.albedo import ATTRIBUTION
 from bakery.train.rest import mirrored_weights, resting_pairs
 from bakery.types import EXPRESSIONS, Fit
 
 KEPT = BuildOptions(texture=TextureOptions(neutral="keep"))
-SIDES, NOSE, IRISES = np.array([234, 454]), 1, np.array([468, 473])
-TURNED = 0.35  # how far a face may be turned (`_turned`); 0.35 is about 10 degrees
+NOSE, IRISES = (
+    1,
+    np.array([marks.RIGHT_IRIS.start, marks.LEFT_IRIS.start]),
+)  # its tip; their centres
+TURNED = 0.35  # how far a face may be turned (`_turned`); 0.35 is 7 degrees of the mean head
 # Of the distance of the irises: how far lips are parted and corners lie above their middle at most.
 PARTED, LIFTED = 0.02, 0.05
-AT_REST, SMILING = (
-    0.3,
-    0.99,
-)  # presence of who is taken for resting, at most, and for smiling, at least
+# `presence` of who is taken for resting, at most, and for smiling, at least.
+AT_REST, SMILING = 0.3, 0.99
 
 
 @dataclass(frozen=True)
@@ -104,7 +115,7 @@ def fitted_others(portraits: Path, head: HeadModel) -> Iterator[Fit]:
 
 def _turned(points):
     """The logarithm of how much nearer the tip of the nose is to one side of the face [478, 2]."""
-    right, left = np.linalg.norm(points[SIDES] - points[NOSE], axis=1)
+    right, left = np.linalg.norm(points[marks.BEFORE_EARS] - points[NOSE], axis=1)
     return np.log(right / left)
 
 
@@ -118,10 +129,9 @@ def _about_closed(points):
     return lower - upper < PARTED and (upper + lower) / 2 - corners < LIFTED
 
 
-def rested_landmarks(head: HeadModel, fit: Fit) -> np.ndarray:
-    """Landmarks [468, 3] mm of the neutral head of a resting photo, with what its mouth shows of rest."""
-    resting = np.zeros(len(EXPRESSIONS))
-    resting[MOUTH] = fit.expression[MOUTH]
+def rested_landmarks(head: HeadModel, fit: Fit, which: np.ndarray = MOUTH) -> np.ndarray:
+    """Landmarks [468, 3] mm of the neutral head of a resting photo, with all that some weights show of rest."""
+    resting = only(shown(fit), which)
     return head.landmarks(fitted_neutral(head, replace(fit, resting=resting)))[: marks.FACE]
 
 

@@ -80,6 +80,9 @@ class Call(NamedTuple):
         return f"{self.kind} {self.number}{start}"
 
 
+NONE = Call("", 0)  # no call fails
+
+
 class _Told(ctypes.Structure):
     """struct told of faults.c."""
 
@@ -152,25 +155,19 @@ class Bench:
         text, address = ctypes.c_char_p, ctypes.c_void_p
         self.arm.argtypes = [ctypes.c_int, LONG, ctypes.c_int, text, address, ctypes.c_int]
         self.folder = (place / "case").resolve()
-        self.finished = place / "finished"  # what a bake left that failed at its end
+        self.finished = place.parent / "finished"  # see `Trial.finish`
         self.log, self.lines = place / "log", place / "lines"  # out of the scope of faults
         self.memory = mmap.mmap(-1, ctypes.sizeof(_Told))
         self.told = _Told.from_buffer(self.memory)
         place.mkdir(parents=True, exist_ok=True)
 
-    def bake(
-        self, call: Call | None = None, list_calls: bool = False, start: str = FRESH
-    ) -> Result:
-        """Bake in a fresh folder, with a call that fails; or note in `lines` where each call is made.
-
-        Args:
-            start: which of STARTS, if there is no call.
-        """
+    def bake(self, call: Call = NONE, list_calls: bool = False) -> Result:
+        """Bake in a fresh folder, with a call that fails; or note in `lines` where each call is made."""
         shutil.rmtree(self.folder, ignore_errors=True)
         self.folder.mkdir()
         shutil.copy(self.inputs.photo, self.folder / PHOTO)
         base.copied(self.inputs.bundle, self.folder / OUT)
-        if steps := STARTS[call.start if call else start]:
+        if steps := STARTS[call.start]:
             shutil.copytree(self.finished, self.folder, dirs_exist_ok=True)
             for path in self.folder.glob(".bakery-*-work/*"):
                 if not path.name.startswith((*steps, "lock")):
@@ -181,25 +178,11 @@ class Bench:
         counts, bundle = dict(zip(KINDS, self.told.counts)), base.content(self.folder / OUT)
         return Result(end, bool(self.told.struck), counts, self._where(), bundle, self._left())
 
-    def finish(self, renames: int) -> None:
-        """Keep the steps that a bake had finished which failed at its end.
-
-        Args:
-            renames: how many a bake has; for some of the last it has another way.
-        """
-        shutil.rmtree(self.finished, ignore_errors=True)
-        for number in range(renames, 0, -1):
-            if self.bake(Call("rename", number)).end.code == 1:
-                for path in self.folder.glob(".bakery-*-work"):
-                    shutil.copytree(path, self.finished / path.name)
-                return
-
-    def _work(self, call: Call | None, list_calls: bool) -> Callable[[], None]:
+    def _work(self, call: Call, list_calls: bool) -> Callable[[], None]:
         photo, out = str(self.folder / PHOTO), str(self.folder / OUT)
         bake = base.command_line(["build", photo, *base.QUICK, "--overwrite", "-o", out])
-        failing = (-1, 0, 0)
-        if call:
-            failing = (list(KINDS).index(call.kind), call.number, KINDS[call.kind])
+        kind = call.kind
+        failing = (list(KINDS).index(kind), call.number, KINDS[kind]) if kind else (-1, 0, 0)
 
         def work() -> None:
             faulthandler.enable()  # says in the log where a signal struck
@@ -278,6 +261,22 @@ class Trial:
         if whole.end.code or whole.left:
             raise SystemExit(f"the bake does not run: {whole.end.said} {whole.left}")
         self.new, self.counts, self.seconds = whole.bundle, whole.counts, whole.end.seconds
+        self.finished = False
+
+    def finish(self) -> None:
+        """Keep the steps that a bake had finished which failed at its end, once for all benches."""
+        if self.finished:
+            return
+        bench = Bench(self.inputs, self.place / "whole")
+        shutil.rmtree(bench.finished, ignore_errors=True)
+        for number in range(
+            self.counts["rename"], 0, -1
+        ):  # for some of the last it has another way
+            if bench.bake(Call("rename", number)).end.code == 1:
+                for path in bench.folder.glob(".bakery-*-work"):
+                    shutil.copytree(path, bench.finished / path.name)
+                self.finished = True
+                return
 
     def calls(self, kinds: Sequence[str], part: int = 0, parts: int = 1) -> list[Call]:
         """What is to fail: every file call, and a large allocation of each place in the code.
@@ -293,9 +292,9 @@ class Trial:
         }
         if "malloc" in kinds:
             bench = Bench(self.inputs, self.place / "listed")
-            bench.finish(self.counts["rename"])
+            self.finish()
             for start in STARTS:
-                bench.bake(list_calls=True, start=start)
+                bench.bake(NONE._replace(start=start), list_calls=True)
                 places = first_of_places(bench.lines.read_text("utf-8", "replace"))
                 named = {place: Call("malloc", n, start) for place, n in places.items()} | named
         calls = [call for name, call in named.items() if zlib.crc32(name.encode()) % parts == part]
@@ -311,6 +310,8 @@ class Trial:
     ) -> base.Row:
         """Try calls, side by side."""
         began = time.monotonic()
+        if any(STARTS[call.start] for call in calls):
+            self.finish()
         shared = mmap.mmap(-1, 8 * lanes)  # by the lanes
         tried = (LONG * lanes).from_buffer(shared)
         deaths = (LONG * lanes).from_buffer(mmap.mmap(-1, 8 * lanes))
@@ -320,8 +321,6 @@ class Trial:
                 base.Row(name, MUST[name]),
                 Bench(self.inputs, self.place / f"lane-{number}"),
             )
-            if any(STARTS[call.start] for call in calls):
-                bench.finish(self.counts["rename"])
             for call in calls[number::lanes]:
                 if seconds is not None and time.monotonic() - began > seconds:
                     break

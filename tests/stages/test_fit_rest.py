@@ -152,6 +152,22 @@ def test_who_rests_keeps_brows_and_mouth(head, fit):
     assert_allclose(found.expression[EXPRESSIONS.index("jawOpen")], 0.03)
 
 
+def assert_plays_as_plain(head, found, played, which):
+    """Played in full, weights look as if those of `which` did not rest; another shape has the model's plain ones."""
+    mine, neutral = rest.at_rest(head, fitted_neutral(head, found), found)
+    others = found.resting.copy()
+    others[which] = 0
+    bare = fitted_neutral(head, replace(found, resting=others))
+    back = rest.played_back(head, neutral, found, played)
+    skin = head.part_vertices("skin")
+    for own, plain in ((neutral, bare), (neutral + back, neutral)):
+        assert_allclose(
+            mine.vertices(own, played, (0, 0))[skin],
+            head.vertices(plain, played, (0, 0))[skin],
+            atol=1e-4,
+        )
+
+
 def test_a_smile_takes_the_mouth_off_its_resting_shape(head, fit):
     own = weights({"mouthPucker": 0.2, "mouthSmileLeft": 0.3, "mouthSmileRight": 0.05})
     (found,) = rested(head, [replace(fit, expression=own)], TextureOptions())
@@ -159,47 +175,16 @@ def test_a_smile_takes_the_mouth_off_its_resting_shape(head, fit):
     # What is more than resting mouths have is a faint smile.
     assert_allclose(found.resting[[left, right]], [rest.MOST_ACTIVE, 0.05], atol=1e-6)
     assert_allclose(found.expression[left], 0.3 - rest.MOST_ACTIVE, atol=1e-6)
-    mine, neutral = rest.at_rest(head, fitted_neutral(head, found), found)
     grin = weights({"mouthSmileLeft": 1.0, "mouthSmileRight": 1.0})
-    lids = np.zeros(len(EXPRESSIONS))
-    lids[rest.LIDS] = found.resting[rest.LIDS]
-    bare = fitted_neutral(head, replace(found, resting=lids))  # the mouth as the model has it
-    skin = head.part_vertices("skin")
-    assert_allclose(
-        mine.vertices(neutral, grin, (0, 0))[skin],
-        head.vertices(bare, grin, (0, 0))[skin],
-        atol=1e-4,
-    )
-    # Another shape keeps the model's plain smile.
-    back = rest.played_back(head, neutral, found, grin)
-    assert_allclose(
-        mine.vertices(neutral + back, grin, (0, 0))[skin],
-        head.vertices(neutral, grin, (0, 0))[skin],
-        atol=1e-4,
-    )
+    assert_plays_as_plain(head, found, grin, rest.MOUTH)
 
 
 def test_brows_go_as_far_as_anybodys(head, fit):
     """Low brows at rest are not lowered twice, and another shape keeps the model's plain frown."""
     own = weights({"browDownLeft": 0.6, "browDownRight": 0.6})
     (found,) = rested(head, [replace(fit, expression=own)], TextureOptions())
-    mine, neutral = rest.at_rest(head, fitted_neutral(head, found), found)
     frown = weights({"browDownLeft": 1.0, "browDownRight": 1.0})
-    lids = found.resting.copy()
-    lids[rest.BROWS] = 0
-    plain = fitted_neutral(head, replace(found, resting=lids))
-    skin = head.part_vertices("skin")
-    assert_allclose(
-        mine.vertices(neutral, frown, (0, 0))[skin],
-        head.vertices(plain, frown, (0, 0))[skin],
-        atol=1e-4,
-    )
-    back = rest.played_back(head, neutral, found, frown)
-    assert_allclose(
-        mine.vertices(neutral + back, frown, (0, 0))[skin],
-        head.vertices(neutral, frown, (0, 0))[skin],
-        atol=1e-4,
-    )
+    assert_plays_as_plain(head, found, frown, rest.BROWS)
 
 
 def test_other_photos_weights_are_told_from_the_resting_ones(head, fit):

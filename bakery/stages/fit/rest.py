@@ -76,6 +76,7 @@ MOUTH = np.array(
     ]
 )
 MOST_ACTIVE = 0.1
+SHOWN = np.concatenate([BROWS, MOUTH])
 SMILES = [EXPRESSION_INDEX["mouthSmile" + side] for side in ("Left", "Right")]
 SEAM = np.array([13, 14])  # the middle of the inner lips
 # mm that the corners of resting mouths stand above the middle of the seam, in the mean of london/train's (young
@@ -192,9 +193,8 @@ def _resting_lids(head, neutral, expression, sure):
     closing[: len(CLOSING)] = expression[CLOSING]
 
     def opening(lids):
-        resting = np.zeros(len(EXPRESSIONS))
-        resting[LIDS] = lids
-        return lids_open(head.landmarks(neutral + resting_moves(head, resting)))
+        moves = np.tensordot(lids, head.expression_basis[LIDS], 1).astype(np.float32)
+        return lids_open(head.landmarks(neutral + moves))
 
     most, least = opening(out), opening(out + closing)
     if most - least > 1e-3:
@@ -222,18 +222,19 @@ def with_resting(fit: Fit, resting: np.ndarray) -> Fit:
 
 def shown(fit: Fit) -> np.ndarray:
     """The weights [E] of brows and mouth that the photo shows, with those of its resting head; others as they are."""
-    out = np.array(fit.expression, np.float64)
-    for group in (BROWS, MOUTH):
-        out[group] = np.minimum(out[group] + fit.resting[group], 1)
+    return np.minimum(fit.expression + only(fit.resting, SHOWN), 1)
+
+
+def only(weights: np.ndarray, which: np.ndarray) -> np.ndarray:
+    """Some of weights [E], the others 0."""
+    out = np.zeros(len(EXPRESSIONS))
+    out[which] = weights[which]
     return out
 
 
 def played_on(fit: Fit, resting: np.ndarray) -> Fit:
     """The same weights for another neutral head of this person, which has `resting` [E] of brows and mouth."""
-    out = shown(fit)
-    for group in (BROWS, MOUTH):
-        out[group] = np.maximum(out[group] - resting[group], 0)
-    return replace(fit, expression=out)
+    return replace(fit, expression=np.maximum(shown(fit) - only(resting, SHOWN), 0))
 
 
 def lids_open(points: np.ndarray) -> float:
@@ -255,8 +256,8 @@ def at_rest(head: HeadModel, neutral: np.ndarray, fit: Fit) -> tuple[HeadModel, 
 
     Its expressions take up what the neutral shape loses: played with the photo's own weights, the
     head has the same shape as before. A smile takes the mouth off its resting shape, as pursed lips
-    are no longer pursed in it, and brows that lie low at rest go down by what is left. (More than MOST_BROWS
-    of a photo comes back but for what that takes off it.)
+    are no longer pursed in it, and brows that lie low at rest go down by what is left: of a photo that has
+    more than MOST_BROWS of one, played with its own weights, a quarter of what is more.
 
     Args:
         head: HeadModel; neutral: [V, 3] mm, the fitted neutral shape.
@@ -300,9 +301,7 @@ def played_back(
 
 def _resting_mouth(head, fit):
     """How the resting weights of the mouth move vertices: [V, 3] mm."""
-    resting = np.zeros(len(EXPRESSIONS))
-    resting[MOUTH] = fit.resting[MOUTH]
-    return resting_moves(head, resting)
+    return resting_moves(head, only(fit.resting, MOUTH))
 
 
 def _share(name, across):
@@ -325,8 +324,7 @@ def _parts(expression, across):
     """
     sides = np.stack(
         [
-            OTHER_SIDE
-            + (1 - OTHER_SIDE) * smoothstep(-MIDDLE, MIDDLE, across * _side(EXPRESSIONS[shape]))
+            OTHER_SIDE + (1 - OTHER_SIDE) * _share(EXPRESSIONS[shape], across)
             if _side(EXPRESSIONS[shape])
             else np.ones(len(across))
             for shape in ACTIVE
