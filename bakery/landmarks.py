@@ -60,3 +60,9 @@ PLAIN = np.setdiff1d(np.arange(FACE), np.concatenate([*EYES, BROWS, LIPS, NOSE])
 def face_size(points: np.ndarray) -> np.ndarray:
     """Distance of the outer eye corners of points [.., L, 2]: the unit of landmark errors."""
     return np.linalg.norm(points[..., EYE_CORNERS[0], :] - points[..., EYE_CORNERS[1], :], axis=-1)
+
+
+def lip_gap(points: np.ndarray) -> float:
+    """Gap between the inner lips [L, 2] over the mouth's width, in the middle."""
+    width = np.linalg.norm(np.subtract(*points[MOUTH_CORNERS]))
+    return float(np.linalg.norm(points[13] - points[14]) / width)

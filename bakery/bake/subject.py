@@ -76,6 +76,7 @@ class FittedSubject:
         self.options, self.size, self.model = options or BuildOptions(), size, head
         photo = photo or read_photo(path)
         fit, segmentation = fit_portrait(path, photo, landmarks, head, self.options)
+        self.segmentation = segmentation
         self.head, neutral = resting_head(head, fit)  # no generator draws lashes
         mattes = mattes_of(photo.encoded, segmentation, landmarks.points)
         resolution = self.options.texture.resolution

@@ -171,7 +171,7 @@ def measure(
     hidden = occlusion(segmentation, landmarks.points)
     return {
         "expression": _expression(fit.expression, landmarks.points),
-        "open_mouth": _gap(landmarks.points),
+        "open_mouth": marks.lip_gap(landmarks.points),
         "yaw": abs(float(np.degrees(np.arctan2(forward[0], forward[2])))),
         "pitch": abs(float(np.degrees(np.arcsin(np.clip(forward[1], -1, 1))))),
         "closed_eyes": min(_opening(landmarks.points, side) for side in SIDES.values()),
@@ -206,11 +206,6 @@ def _expression(weights, points):
     ]
     wide = np.linalg.norm(np.subtract(*points[marks.MOUTH_CORNERS])) / marks.face_size(points)
     return max(smile if wide > RESTING_MOUTH else smile / 2, max(others) / 2)
-
-
-def _gap(points):
-    """Gap between the inner lips over the mouth's width."""
-    return float(np.linalg.norm(points[13] - points[14]) / np.linalg.norm(points[61] - points[291]))
 
 
 def _opening(points, side):

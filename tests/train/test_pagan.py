@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -137,6 +138,33 @@ def test_decoded_pairs_are_forgotten_in_time(shards):
         for shard, row, _ in person:
             pairs.decoded(shard, row)
     assert len(pairs._kept) == 1
+
+
+def test_decoded_pairs_are_kept_in_a_folder(shards, tmp_path, monkeypatch):
+    kept, plain = Pairs([shards], cache=tmp_path / "decoded"), Pairs([shards])
+    rows = [row[:2] for person in plain.train[0] for row in person]
+    for _ in range(2):  # decoded, then read
+        for row in rows:
+            one, other = kept.decoded(*row), plain.decoded(*row)
+            assert one.keys() == other.keys()
+            assert all(np.array_equal(one[name], other[name]) for name in one)
+        kept = Pairs([shards], cache=tmp_path / "decoded")
+        monkeypatch.setattr(kept, "_decode", None)
+    assert len(list((tmp_path / "decoded").iterdir())) == len(rows)
+
+
+def test_crops_show_where_the_loss_counts(tmp_path):
+    """A pair whose loss counts in an eye alone: no whole frame, no crop of the mouth."""
+    one = pair(0, 1)
+    face = np.zeros_like(one.face)
+    x, y = np.round(one.landmarks[pagan_data.EYES[0]].mean(0)).astype(int)
+    face[y - 1 : y + 2, x - 1 : x + 2] = 255
+    write_shard(tmp_path / "pairs-00000.safetensors", [replace(one, face=face)])
+    pairs = Pairs([tmp_path], Cropping(size=16, mouth=0.5, eyes=0.2, whole=0.5), held_out=0)
+    samples = [Samples(pairs, 0, 20)[k] for k in range(20)]
+    assert not any(sample["whole"] for sample in samples)
+    seen = [bool(sample["weight"].any()) for sample in samples]
+    assert np.mean(seen) > 0.9  # the crop's place is drawn around it
 
 
 def test_weight_counts_mouth_and_eyes_more(shards):

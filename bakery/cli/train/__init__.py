@@ -171,6 +171,33 @@ def real_pairs(photographs, output, dense, head, preset, settings):
         click.echo(json.dumps({"person": person.name, "left_out": str(error) if error else None}))
 
 
+@train.command("interiors", cls=options.Command, resumes=True)
+@click.argument("portraits", type=folder)
+@click.option("--starts", default="train", show_default=True, help="How the names of the photos begin.")
+@click.option("-o", "--output", required=True, type=folder, help="Folder of shards.")
+@options.head
+@options.preset
+@options.settings
+def interiors(portraits, starts, output, head, preset, settings):
+    """Make training pairs of eyes and mouths from single photos, for `bakery train pagan`.
+
+    PORTRAITS is a folder of photos and a dense478.npz with their points.
+
+    \b
+    bakery train interiors portraits/congress -o runs/interiors
+    """
+    from bakery.formats.portraits import reference_points
+    from bakery.heads.file import load_head
+    from bakery.train.interiors import write_interiors
+
+    options.may_go_on(output)
+    photos = reference_points(portraits, starts)
+    output.mkdir(parents=True, exist_ok=True)
+    chosen = options.build_options(preset, settings)
+    for path, left_out in write_interiors(photos, load_head(head), output, chosen):
+        click.echo(json.dumps({"photo": path.stem, "left_out": left_out}))
+
+
 @train.command("pagan", cls=options.Command, resumes=True)
 @click.option("--run", required=True, type=folder, help="Folder of the run; goes on where it was.")
 @click.option("--pairs", required=True, multiple=True, type=folder, help="Shards; may be repeated.")

@@ -35,7 +35,7 @@ LOSS = (0, 1e4)  # range of the weight of a loss
 # What may change when a run goes on; so a run can begin without a discriminator and get one later.
 FREE = (
     "steps", "shares", "adversarial", "adversarial_from", "judge_alone", "log_every", "save_every",
-    "sheet_every", "workers", "threads", "memory",
+    "sheet_every", "workers", "threads", "memory", "cache",
 )  # fmt: skip
 
 
@@ -74,6 +74,7 @@ class PaganOptions(Settings):
     )
     held_out: int = setting(8, "every so-manieth subject is kept for measuring; 0: none", 0, 10**6)
     memory: int = setting(1500, "decoded pairs that are kept", 0, 2**20, unit="MiB")
+    cache: str = setting("", "folder for decoded pairs, which processes share; empty: none")
     log_every: int = setting(50, "steps", 1, 10**7)
     save_every: int = setting(200, "steps", 1, 10**7)
     sheet_every: int = setting(1000, "steps", 1, 10**7)
@@ -120,7 +121,7 @@ def train(run, folders, options=PaganOptions(), features=None):
         torch.set_num_threads(options.threads)
     checkpoint = run / "checkpoint.safetensors"
     step = state.load(checkpoint) if checkpoint.exists() else 0
-    pairs = Pairs(folders, options.crop, options.memory, options.held_out)
+    pairs = Pairs(folders, options.crop, options.memory, options.held_out, options.cache or None)
     held = {Path(f).name: [person[0] for person in p] for f, p in zip(folders, pairs.held) if p}
     samples = Samples(pairs, options.seed, options.steps * options.batch * world, options.shares)
     start = step * options.batch * world

@@ -1,13 +1,16 @@
 """Training samples of the generator: crops of pairs, balanced over subjects, deterministic."""
 
+import hashlib
 from collections import OrderedDict
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
 import torch
 from torch.utils.data import Dataset
 
+from bakery.formats.files import write_bytes
 from bakery.generators.interior import FRAME_SCALE, interior_shade
 from bakery.generators.unet import input_channels
 from bakery.heads.base import PARTS
@@ -17,6 +20,8 @@ from bakery.synth.pairs import Shard, shards_of
 
 UNIT = 16  # of the weight channel: what a pixel of plain skin counts
 NOMINAL = 512  # pixels a side of a frame, whatever size its pair was painted at
+INTERIOR = 0.1  # of the skin: where the loss counts on less, a pair shows eyes and mouth only
+NEAR = 0.02  # of a frame: so near its middle a mouth or an eye counts, if it does at all
 SCALES = 0.12  # a crop's window is up to so much larger or smaller than the crop
 
 
@@ -44,10 +49,12 @@ class Pairs:
         folders: of shards.
         memory: MiB of decoded pairs that are kept.
         held_out: every so-manieth subject is kept for measuring; 0 keeps none.
+        cache: folder for decoded pairs, 6 MB each at 512 pixels, which processes share; None: none.
     """
 
-    def __init__(self, folders, cropping=Cropping(), memory=1500, held_out=8):
+    def __init__(self, folders, cropping=Cropping(), memory=1500, held_out=8, cache=None):
         self.cropping, self.memory = cropping, memory
+        self.cache = Path(cache) if cache else None
         # A folder's people, a person's pairs: [folder][person][(shard, row, weight)].
         self.train, self.held = [], []
         for shards in ([Shard(path) for path in shards_of(folder)] for folder in folders):
@@ -70,13 +77,25 @@ class Pairs:
         if key in self._kept:
             self._kept.move_to_end(key)
             return self._kept[key]
-        layers = self._decode(shard[row])
+        layers = self._cached(shard, row) if self.cache else self._decode(shard[row])
         self._kept[key] = layers
         self._bytes += sum(layer.nbytes for layer in layers.values())
         while self._bytes > self.memory * 2**20 and len(self._kept) > 1:
             _, old = self._kept.popitem(last=False)
             self._bytes -= sum(layer.nbytes for layer in old.values())
         return layers
+
+    def _cached(self, shard, row):
+        from safetensors.numpy import load_file, save
+
+        written = Path(shard.path).stat()
+        told = (str(shard.path), row, written.st_mtime_ns, written.st_size, self.cropping)
+        path = self.cache / f"{hashlib.sha256(repr(told).encode()).hexdigest()[:24]}.safetensors"
+        if not path.exists():
+            layers = self._decode(shard[row])
+            arrays = {name: np.ascontiguousarray(part) for name, part in layers.items()}
+            write_bytes(path, save(arrays), sync=False)
+        return load_file(path)
 
     def _decode(self, pair):
         skin = (pair.part == PARTS.index("skin")).astype(np.uint8) * 255
@@ -131,25 +150,38 @@ class Samples(Dataset):
     def _window(self, rng, layers):
         """Left, top and side of the square that is cut out, pixels."""
         cropping, side = self.pairs.cropping, layers["target"].shape[0]
-        if cropping.whole and rng.random() < cropping.whole:
+        counts = layers["weight"][..., 0] > 0
+        # Pairs of eyes and mouths alone have no face to recognise.
+        face = counts[layers["skin"][..., 0] > 0].mean() > INTERIOR
+        if cropping.whole and rng.random() < cropping.whole and face:
             return 0.0, 0.0, float(side)
         points = layers["landmarks"]
         exact = cropping.exact and rng.random() < cropping.exact
         scale = 1.0 if exact else np.exp(rng.uniform(-SCALES, SCALES))
         window = cropping.size * side / NOMINAL * scale
         kind = rng.random()
+        center, spread = None, 0.0
         if kind < cropping.mouth:
             center, spread = points[LIPS].mean(0), 0.12
         elif kind < cropping.mouth + cropping.eyes:
             center, spread = points[EYES[rng.integers(2)]].mean(0), 0.15
-        else:
-            low, high = points[:468].min(0), points[:468].max(0)
-            center, spread = rng.uniform(low, high), 0.0
+        if center is None or not _holds(counts, center):
+            where = np.flatnonzero(counts)
+            place = rng.choice(where) if len(where) else counts.size // 2
+            center = np.array([place % side, place // side], float)
+            spread = 0.0 if face else 0.12
         center = center + rng.normal(0, 1, 2) * spread * window
         left, top = np.clip(center - window / 2, 0, max(side - window, 0))
         if exact:
             left, top = np.floor([left, top])
         return float(left), float(top), float(window)
+
+
+def _holds(counts, center):
+    """Whether the loss counts near a point (x, y) of a mask [S, S]."""
+    low = np.maximum(np.floor(center - NEAR * counts.shape[0]), 0).astype(int)
+    high = np.ceil(center + NEAR * counts.shape[0]).astype(int)
+    return counts[low[1] : high[1], low[0] : high[0]].any()
 
 
 def _tone(rng, spread):

@@ -1,0 +1,113 @@
+"""Training pairs of eyes and mouths from single photographs.
+
+A photo that shows teeth or eyes is painted as it stands there, in its own fit, and is its own target. The
+network is given what a bake gives it: the shaded geometry of teeth and eyes on the photo's own texture.
+Its `photo` channel shows the mouth blotted out, so it cannot copy the teeth. The loss counts between the
+lips and in the eyes alone: skin is the photo's own there and would teach nothing.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from bakery.bake.options import BuildOptions
+from bakery.bake.subject import FittedSubject
+from bakery.errors import BakeryError
+from bakery.formats.image import read_photo
+from bakery.formats.portraits import landmarks_of
+from bakery.generators.shade import MOUTH, is_part
+from bakery.geometry.color import to_encoded
+from bakery.heads.base import HeadModel
+from bakery.landmarks import EYES, LIPS_INNER, LIPS_OUTER, lip_gap
+from bakery.stages.segment import occlusion
+from bakery.synth.pairs import NAME, PaintedPair, write_shard
+from bakery.train.real_pairs import pair_of
+
+BLOT = np.array([0.10, 0.03, 0.03], np.float32)  # linear, what hides a mouth: that of a dark one
+EDGE = 2  # pixels that the loss counts beyond the inner lips and the lids, of a frame of 512
+OPEN = 0.05  # of the mouth's width: lips this far apart show an interior
+BARE = 0.02  # of the region of the eyes: so little may be called glasses
+
+
+def blotted(encoded: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """A photo [H, W, 3] whose mouth is a dark blot between the inner lips.
+
+    Args:
+        encoded: sRGB-encoded, float 0..1 or uint8.
+        points: [478, 2] pixels.
+    """
+    out = encoded.copy()
+    white = 255.0 if out.dtype == np.uint8 else 1.0
+    ring = np.round(points[LIPS_INNER]).astype(np.int32)
+    cv2.fillPoly(out, [ring], (to_encoded(BLOT) * white).tolist())
+    return out
+
+
+def interior_pair(
+    fitted: FittedSubject, number: int, points: np.ndarray, mouth: bool, eyes: bool
+) -> PaintedPair:
+    """A person as their own photo shows them, whose loss counts in mouth and eyes only.
+
+    Args:
+        fitted: of the photo.
+        number: of the subject.
+        points: [478, 2] pixels of the photo's frame.
+        mouth, eyes: which of them count.
+    """
+    pair = pair_of(fitted, fitted.neutral, number)
+    counts = np.zeros(pair.part.shape, np.uint8)
+    rings = [LIPS_INNER] * mouth + [*EYES] * eyes
+    for ring in rings:
+        cv2.fillPoly(counts, [np.round(points[ring] * 16).astype(np.int32)], 255, shift=4)
+    if mouth:  # the geometry's own mouth, where the fitted lips stand apart from the photo's
+        lips = np.zeros_like(counts)
+        cv2.fillPoly(lips, [np.round(points[LIPS_OUTER] * 16).astype(np.int32)], 255, shift=4)
+        counts[(lips > 0) & is_part(pair.part, *MOUTH)] = 255
+    counts = cv2.dilate(counts, np.ones((2 * EDGE + 1, 2 * EDGE + 1), np.uint8))
+    counts = cv2.GaussianBlur(counts, (0, 0), EDGE / 2)
+    return replace(
+        pair,
+        photo=blotted(pair.photo, points),
+        face=np.minimum(counts, fitted.neutral.face),
+    )
+
+
+def write_interiors(
+    photos: Mapping[Path, np.ndarray],
+    head: HeadModel,
+    output: Path,
+    options: BuildOptions | None = None,
+) -> Iterator[tuple[Path, str | None]]:
+    """Write one shard a photo: its mouth where lips stand apart, its eyes where no glasses cover them.
+
+    A photo whose shard is there already is passed over, so an interrupted run goes on.
+
+    Args:
+        photos: path -> points [478, 2] pixels.
+        head: HeadModel.
+        output: folder of the shards.
+        options: BuildOptions.
+
+    Yields:
+        path, and why the photo is left out or None.
+    """
+    for number, (path, points) in enumerate(photos.items()):
+        shard = Path(output) / NAME.format(number)
+        if shard.exists():
+            continue
+        try:
+            fitted = FittedSubject(path, landmarks_of(points), head, options, photo=read_photo(path))
+        except BakeryError as error:
+            yield path, str(error)
+            continue
+        mouth = lip_gap(points) > OPEN
+        eyes = occlusion(fitted.segmentation, points)["glasses"] < BARE
+        if not (mouth or eyes):
+            yield path, "glasses before the eyes, and lips closed"
+            continue
+        pair = interior_pair(fitted, number, fitted.neutral.points, mouth, eyes)
+        write_shard(shard, [pair], {"person": path.stem})
+        yield path, None
