@@ -32,9 +32,9 @@ from bakery.landmarks import LIPS_INNER
 from bakery.runtime.render import GRAY
 from bakery.stages.condition import shrunk
 from bakery.stages.texture.teeth import seen_teeth
+from bakery.train.interiors import blotted
 
 OPEN = 0.08  # of the mouth's width: lips so far apart show teeth, mostly
-BLOT = np.array([0.10, 0.03, 0.03], np.float32)  # linear, what hides a mouth: that of a dark one
 WAYS = ("hidden", "shown", "geometry")
 FIGURES = ("psnr", "gradient", "light", "distance")
 
@@ -48,13 +48,6 @@ def toothy(portraits: Path, name: str) -> dict[Path, np.ndarray]:
         ):
             found[path] = points
     return found
-
-
-def blotted(encoded: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """A photo [H, W, 3] whose mouth is a dark blot between the inner lips."""
-    out = encoded.copy()
-    cv2.fillPoly(out, [np.round(points[LIPS_INNER]).astype(np.int32)], to_encoded(BLOT).tolist())
-    return out
 
 
 def measure(

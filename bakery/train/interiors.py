@@ -6,7 +6,7 @@ Its `photo` channel shows the mouth blotted out, so it cannot copy the teeth. Th
 lips and in the eyes alone: skin is the photo's own there and would teach nothing.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,8 +18,11 @@ from bakery.bake.subject import FittedSubject
 from bakery.errors import BakeryError
 from bakery.formats.image import read_photo
 from bakery.formats.portraits import landmarks_of
+from bakery.generators.interior import FRAME_SCALE, interior_shade
 from bakery.generators.shade import MOUTH, is_part
 from bakery.geometry.color import to_encoded
+from bakery.geometry.encode import decode, encode
+from bakery.geometry.fill import normalized_blur
 from bakery.heads.base import HeadModel
 from bakery.landmarks import EYES, LIPS_INNER, LIPS_OUTER, lip_gap
 from bakery.stages.segment import occlusion
@@ -29,6 +32,8 @@ from bakery.train.real_pairs import pair_of
 BLOT = np.array([0.10, 0.03, 0.03], np.float32)  # linear, what hides a mouth: that of a dark one
 EDGE = 2  # pixels that the loss counts beyond the inner lips and the lids, of a frame of 512
 OPEN = 0.05  # of the mouth's width: lips this far apart show an interior
+TONE = 1.2  # mm: what is finer than such a blur are edges of teeth, not their tone
+DETAIL, DARK = (0.25, 3.0), 2e-3  # range of the edges' factor; linear
 BARE = 0.02  # of the region of the eyes: so little may be called glasses
 
 
@@ -44,6 +49,25 @@ def blotted(encoded: np.ndarray, points: np.ndarray) -> np.ndarray:
     ring = np.round(points[LIPS_INNER]).astype(np.int32)
     cv2.fillPoly(out, [ring], (to_encoded(BLOT) * white).tolist())
     return out
+
+
+def with_edges(target: np.ndarray, pair: PaintedPair) -> np.ndarray:
+    """A target [S, S, 3] uint8 whose mouth has the tone of the photo and the edges of the geometry.
+
+    A person's teeth stand elsewhere than the head's. A network that minimises the error of pixels answers
+    with their mean, a bar. So what is finer than TONE comes from the shaded geometry.
+    """
+    per_mm = FRAME_SCALE * pair.part.shape[0]
+    inside = is_part(pair.part, *MOUTH)
+    if not inside.any():
+        return target
+    shade = interior_shade(pair, per_mm)[..., None]
+    shaded, truth = decode(pair.deformed) * shade, decode(target)
+    known = inside.astype(np.float32)
+    coarse, tone = (normalized_blur(light, known, TONE * per_mm) for light in (shaded, truth))
+    detail = np.clip(shaded / np.maximum(coarse, DARK), *DETAIL)
+    made = encode(np.clip(tone * detail, 0, 1))
+    return np.where(inside[..., None], made, target)
 
 
 def interior_pair(
@@ -71,6 +95,7 @@ def interior_pair(
     return replace(
         pair,
         photo=blotted(pair.photo, points),
+        target=with_edges(pair.target, pair),
         face=np.minimum(counts, fitted.neutral.face),
     )
 
@@ -99,7 +124,9 @@ def write_interiors(
         if shard.exists():
             continue
         try:
-            fitted = FittedSubject(path, landmarks_of(points), head, options, photo=read_photo(path))
+            fitted = FittedSubject(
+                path, landmarks_of(points), head, options, photo=read_photo(path)
+            )
         except BakeryError as error:
             yield path, str(error)
             continue

@@ -5,7 +5,15 @@ import pytest
 from numpy.testing import assert_allclose
 
 from bakery.landmarks import EYES
-from bakery.stages.texture.eyes import FEW, TWO_TONES, _mirrored, alike, with_lit_eyes
+from bakery.stages.texture.eyes import (
+    FEW,
+    TWO_TONES,
+    WHITEST,
+    _mirrored,
+    alike,
+    dimming,
+    with_lit_eyes,
+)
 
 
 def test_eyes_get_the_light_that_their_lids_get(head):
@@ -45,6 +53,14 @@ def test_an_eye_without_anything_dark_is_behind_a_mirror():
     assert _mirrored(window, 0.4) and not _mirrored(eye, 0.4)
     assert not _mirrored(window[:FEW], 0.4), "too few pixels to tell"
     assert not _mirrored(0.1 * window, 0.4), "an eye in shadow"
+
+
+def test_a_white_is_no_whiter_than_whites_are():
+    """Beside light and dark skin; one that is plausible stays as it is."""
+    light, dark = np.full(3, 0.4), np.full(3, 0.05)
+    assert dimming(np.full(3, 1.1), light) * 1.1 == pytest.approx(WHITEST[1] * 0.4)
+    assert dimming(np.full(3, 1.1), dark) * 1.1 == pytest.approx(WHITEST[0])
+    assert dimming(np.full(3, 0.4), dark) == dimming(np.full(3, 0.6), light) == 1
 
 
 def test_an_iris_in_the_shade_gets_the_tone_of_the_other():

@@ -173,7 +173,9 @@ def real_pairs(photographs, output, dense, head, preset, settings):
 
 @train.command("interiors", cls=options.Command, resumes=True)
 @click.argument("portraits", type=folder)
-@click.option("--starts", default="train", show_default=True, help="How the names of the photos begin.")
+@click.option(
+    "--starts", default="train", show_default=True, help="How the names of the photos begin."
+)
 @click.option("-o", "--output", required=True, type=folder, help="Folder of shards.")
 @options.head
 @options.preset

@@ -25,6 +25,10 @@ MIRRORED = 0.25
 PUPIL = 0.35, 0.5  # of an iris's radius, over which its pupil ends
 TWO_TONES, MOST_LIT = 0.15, 1.3  # log by which two irises may differ; by which one is lit at most
 SCLERA_OVER_SKIN = 1.35  # luminance, when no sclera can be seen
+# Luminance that the white has at most: linear, and over the skin's. Of 488 whites in photos of congress 95%
+# have less than 0.58, and 95% beside skin lighter than 0.2 less than 1.44 times its own. An eye in shade,
+# lit as its skin was, can come out lighter.
+WHITEST = 0.45, 1.8
 
 
 def eye_maps(linear, occluder, points, fit, head, vertices, part, depth, skin_tone):
@@ -85,6 +89,12 @@ def alike(textures: list[np.ndarray], irises: list[np.ndarray]) -> list[np.ndarr
 def _mirrored(shown: np.ndarray, skin: float) -> bool:
     """Whether an eye's opening [n] shows what a lens mirrors; luminances."""
     return len(shown) > FEW and bool(np.percentile(shown, 10) > MIRRORED * skin)
+
+
+def dimming(sclera: np.ndarray, skin: np.ndarray) -> np.float32:
+    """Factor 0..1 on an eye whose white [3] is whiter than one beside such skin [3] can be."""
+    most = max(WHITEST[0], WHITEST[1] * float(skin @ LUMA))
+    return np.float32(min(1.0, most / max(float(sclera @ LUMA), 1e-3)))
 
 
 def with_lit_eyes(
@@ -148,6 +158,8 @@ def _one_eye(linear, hidden, points, fit, vertices, head, eye, shade, skin_tone)
 
     angle = np.degrees(np.arccos(np.clip(directions @ axis, -1, 1)))
     sclera, shown = _sclera(color, weight, angle, iris_angle, skin_tone)
+    dim = dimming(sclera, skin_tone)
+    color, sclera = color * dim, sclera * dim
     model = _model(color, weight, angle, iris_angle, sclera)
     excess = (color - model) @ LUMA
     # Highlights: far brighter than their surroundings, on or near the cornea, small.
