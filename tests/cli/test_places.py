@@ -29,7 +29,8 @@ FILES = {
 FOLDERS = {"module", "pictures", "folder", "run", "work", "fits"}  # to write: always a folder
 FILLED = {"synth samples", "synth failures"}  # whose --output is a folder of many files
 GO_ON = {  # leave what is there alone
-    "synth training", "synth pairs", "synth performers", "synth portraits", "synth skins", "train interiors", "train pairs", "farm",
+    "synth training", "synth pairs", "synth performers", "synth portraits", "synth skins",
+    "train interiors", "train pairs", "farm",
 }  # fmt: skip
 BUNDLES = {"build", "bundle"}  # whose --output is a bundle
 NAMES = {"name": "makehuman", "truth": "makehuman", "network": "finder"}  # arguments: no paths

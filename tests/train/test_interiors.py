@@ -1,5 +1,7 @@
 """Training pairs of eyes and mouths from single photographs."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -23,6 +25,28 @@ def test_a_blot_lies_between_the_lips():
         assert changed.sum() == pytest.approx(np.pi * 12**2, rel=0.1)
         red = made[32, 32] / photo.max()
         assert red[0] > red[1] and red[0] < 0.5
+
+
+def test_a_mouth_has_the_tone_of_the_photo_and_the_edges_of_the_geometry():
+    side = 512
+    part = np.full((side, side), SKIN, np.uint8)
+    teeth = np.s_[230:282, 200:312]
+    part[teeth] = PARTS.index("teeth_upper")
+    deformed = np.full((side, side, 3), 180, np.uint8)
+    deformed[230:282, 256:258] = 60  # the gap between two teeth
+    normals = np.zeros((side, side, 3), np.int8)
+    normals[..., 2] = 127
+    pair = SimpleNamespace(
+        part=part, deformed=deformed, normals=normals, depth=np.full((side, side), 200, np.uint8)
+    )
+    photo = np.full((side, side, 3), 120, np.uint8)
+    photo[:, :256] = 90  # darker to one side; its teeth have no gap
+    made = interiors.with_edges(photo, pair)
+    np.testing.assert_array_equal(made[part == SKIN], photo[part == SKIN])
+    row = made[256, 200:312, 0].astype(int)
+    # Away from gap and step the tone is the photo's.
+    assert abs(row[20:40] - 90).max() <= 3 and abs(row[75:95] - 120).max() <= 3
+    assert row[56:58].max() < 0.8 * row[40:50].min(), "the gap stays"
 
 
 def test_a_photo_that_cannot_be_used_is_left_out(head, tmp_path, monkeypatch):
