@@ -16,7 +16,6 @@ import numpy as np
 from bakery.bake.options import BuildOptions
 from bakery.bake.subject import FittedSubject
 from bakery.errors import BakeryError
-from bakery.formats.image import read_photo
 from bakery.formats.portraits import landmarks_of
 from bakery.generators.interior import FRAME_SCALE, interior_shade
 from bakery.generators.shade import MOUTH, is_part
@@ -70,18 +69,15 @@ def with_edges(target: np.ndarray, pair: PaintedPair) -> np.ndarray:
     return np.where(inside[..., None], made, target)
 
 
-def interior_pair(
-    fitted: FittedSubject, number: int, points: np.ndarray, mouth: bool, eyes: bool
-) -> PaintedPair:
+def interior_pair(fitted: FittedSubject, number: int, mouth: bool, eyes: bool) -> PaintedPair:
     """A person as their own photo shows them, whose loss counts in mouth and eyes only.
 
     Args:
         fitted: of the photo.
         number: of the subject.
-        points: [478, 2] pixels of the photo's frame.
         mouth, eyes: which of them count.
     """
-    pair = pair_of(fitted, fitted.neutral, number)
+    pair, points = pair_of(fitted, fitted.neutral, number), fitted.neutral.points
     counts = np.zeros(pair.part.shape, np.uint8)
     rings = [LIPS_INNER] * mouth + [*EYES] * eyes
     for ring in rings:
@@ -124,9 +120,7 @@ def write_interiors(
         if shard.exists():
             continue
         try:
-            fitted = FittedSubject(
-                path, landmarks_of(points), head, options, photo=read_photo(path)
-            )
+            fitted = FittedSubject(path, landmarks_of(points), head, options)
         except BakeryError as error:
             yield path, str(error)
             continue
@@ -135,6 +129,6 @@ def write_interiors(
         if not (mouth or eyes):
             yield path, "glasses before the eyes, and lips closed"
             continue
-        pair = interior_pair(fitted, number, fitted.neutral.points, mouth, eyes)
+        pair = interior_pair(fitted, number, mouth, eyes)
         write_shard(shard, [pair], {"person": path.stem})
         yield path, None

@@ -54,7 +54,6 @@ def test_a_photo_that_cannot_be_used_is_left_out(head, tmp_path, monkeypatch):
         raise InputError("no face")
 
     monkeypatch.setattr(interiors, "FittedSubject", refuse)
-    monkeypatch.setattr(interiors, "read_photo", lambda path: None)
     points = np.random.default_rng(0).uniform(0, 100, (478, 2))
     made = list(interiors.write_interiors({tmp_path / "a.jpg": points}, head, tmp_path))
     assert made == [(tmp_path / "a.jpg", "no face")] and not list(tmp_path.glob("*.safetensors"))

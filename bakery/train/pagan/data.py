@@ -179,8 +179,8 @@ class Samples(Dataset):
 
 def _holds(counts, center):
     """Whether the loss counts near a point (x, y) of a mask [S, S]."""
-    low = np.maximum(np.floor(center - NEAR * counts.shape[0]), 0).astype(int)
-    high = np.ceil(center + NEAR * counts.shape[0]).astype(int)
+    reach = NEAR * counts.shape[0]
+    low, high = np.maximum((np.floor(center - reach), np.ceil(center + reach)), 0).astype(int)
     return counts[low[1] : high[1], low[0] : high[0]].any()
 
 
