@@ -13,6 +13,7 @@ import numpy as np
 
 from bakery.check import check_array, check_shape
 
+LARGEST_TEETH = 10.0  # mm; no teeth stand farther from the head's own
 LARGEST_OUTLINE = 60.0  # mm; no head differs by more from another outside the face
 LANDMARKS = 478  # 468 of the face mesh and 5 of each iris, the subject's right iris first
 
@@ -125,6 +126,9 @@ class Fit:
     resting: np.ndarray = field(default_factory=lambda: np.zeros(len(EXPRESSIONS)))
     # [O] mm: ears, skull, jaw corners, neck and shoulders (`heads.outline`); [0] is the head's own
     outline: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    # [3] how upper teeth and gums stand: mm to the subject's left, mm up, share by which they are
+    # larger (`stages.fit.teeth`); 0 where no photo shows them
+    teeth: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
         check_array("Fit.rest", self.rest, (468, 3))
@@ -132,6 +136,7 @@ class Fit:
         check_array(
             "Fit.outline", self.outline, (None,), low=-LARGEST_OUTLINE, high=LARGEST_OUTLINE
         )
+        check_array("Fit.teeth", self.teeth, (3,), low=-LARGEST_TEETH, high=LARGEST_TEETH)
         check_array("Fit.identity", self.identity, (None,))
         check_array("Fit.expression", self.expression, (len(EXPRESSIONS),), low=0, high=1)
         check_array("Fit.gaze", self.gaze, (2,))

@@ -31,6 +31,7 @@ from bakery.stages.fit.rest import (
     resting_weights,
     with_resting,
 )
+from bakery.stages.fit.teeth import place_teeth, shown_mouth, teeth_offsets
 from bakery.stages.fit.warp import residual_offsets
 from bakery.stages.segment import Segmentation, segment
 from bakery.stages.texture import TextureOptions
@@ -68,7 +69,8 @@ def fit_portrait(
         raise FitError(f"{path}: {error}") from error
     (found,) = rested(head, [replace(found, head_sha256=head.digest)], options.texture)
     face = Face(photo, landmarks, labels=segmentation.labels)
-    return outlined(head, [found], [face], options)[0], segmentation
+    fits = outlined(head, [found], [face], options)
+    return toothed(head, fits, [face], options)[0], segmentation
 
 
 def rested(head: HeadModel, fits: Sequence[Fit], options: TextureOptions) -> list[Fit]:
@@ -124,19 +126,34 @@ def outlined(
     return [replace(fit, outline=outline) for fit in fits]
 
 
+def toothed(
+    head: HeadModel, fits: Sequence[Fit], faces: Sequence[Face], options: BuildOptions
+) -> list[Fit]:
+    """The fits of one person's photos with upper teeth where photos show them (`Fit.teeth`)."""
+    if not options.fit.teeth:
+        return list(fits)
+    mouths = [
+        shown_mouth(head, fitted_neutral(head, fit), fit, face.photo, face.landmarks.points)
+        for fit, face in zip(fits, faces)
+    ]
+    teeth = place_teeth([mouth for mouth in mouths if mouth is not None])
+    return [replace(fit, teeth=teeth) for fit in fits]
+
+
 def _as_photographed(head: HeadModel, fit: Fit) -> np.ndarray:
     """The head [V, 3] mm with the photo's expression and gaze."""
     return head.vertices(fitted_neutral(head, fit), fit.expression, fit.gaze)
 
 
 def fitted_neutral(head: HeadModel, fit: Fit) -> np.ndarray:
-    """The neutral shape [V, 3] mm that was fitted, with warp, resting weights and outline, not yet at rest."""
+    """The neutral shape [V, 3] mm that was fitted, with all of its offsets, not yet at rest."""
     offsets = residual_offsets(head, fit.residual)
     if fit.resting.any():
         offsets = offsets + resting_moves(head, fit.resting)
     if fit.outline.any():
         offsets = offsets + outline_offsets(head, fit.outline)
-    return head.neutral(fit.identity, offsets)
+    shape = head.neutral(fit.identity, offsets)
+    return shape + teeth_offsets(head, shape, fit.teeth) if fit.teeth.any() else shape
 
 
 def resting_head(head: HeadModel, fit: Fit) -> tuple[HeadModel, np.ndarray]:
@@ -191,7 +208,7 @@ def made_from(photo: Photo, landmarks: Landmarks, fit: Fit, head: HeadModel) -> 
     points = np.round(landmarks.points, 3).tolist()
     warps = [table["residual"], table.get("rest")]
     # As keys were before there were these.
-    warps += [table[name] for name in ("outline", "resting") if name in table]
+    warps += [table[name] for name in ("outline", "resting", "teeth") if name in table]
     return key_of(photo.sha256, points, parts, *warps, head.digest)
 
 

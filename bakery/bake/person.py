@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery.bake.fitting import fitted_neutral, outlined, rested
+from bakery.bake.fitting import fitted_neutral, outlined, rested, toothed
 from bakery.bake.options import BuildOptions
 from bakery.errors import FitError, InputError
 from bakery.formats.ingredient import note_of, says_ai
@@ -77,7 +77,8 @@ def fit_person(
             )  # fmt: skip
     together = fit_together(faces, head, options.fit)
     known = [replace(found, head_sha256=head.digest) for found in together]
-    return outlined(head, rested(head, known, options.texture), faces, options)
+    fits = outlined(head, rested(head, known, options.texture), faces, options)
+    return toothed(head, fits, faces, options)
 
 
 def distance(head: HeadModel, one: Fit, two: Fit) -> float:

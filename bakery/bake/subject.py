@@ -114,7 +114,7 @@ class FittedSubject:
         """The neutral shape [V, 3] mm that this person's expressions bring to another fit's shape."""
         mine = self.neutral.fit
         back = played_back(self.model, fitted_neutral(self.model, mine), mine, fit.expression)
-        other = replace(fit, outline=mine.outline)
+        other = replace(fit, outline=mine.outline, teeth=mine.teeth)
         theirs: np.ndarray = fitted_neutral(self.model, other) + back
         return theirs
 

@@ -4,7 +4,7 @@ A photo that shows teeth is fitted, and its head is painted as it stands there: 
 of its own fit. `hidden` paints from the photo with the mouth's interior blotted out, as the mouth
 of a person who smiles with closed lips is not seen; `shown` paints from the photo as it is, which is what
 a user gets who bakes it; `geometry` is the deformed neutral in the shade of the lips, from which the network
-starts. Each is compared with the photo between the lips, where both of them show the mouth.
+starts, teeth hidden; `placed` is the same with upper teeth where the photo shows them. Each is compared with the photo between the lips, where both of them show the mouth.
 """
 
 from collections.abc import Sequence
@@ -25,9 +25,9 @@ from bakery.formats.mark import MIXED
 from bakery.formats.portraits import landmarks_of, reference_points
 from bakery.generators.base import Generator
 from bakery.generators.channels import NONE
-from bakery.generators.shade import MOUTH, is_part
+from bakery.generators.shade import is_part
 from bakery.geometry.color import LUMA, to_encoded, to_linear
-from bakery.heads.base import HeadModel
+from bakery.heads.base import MOUTH, HeadModel
 from bakery.landmarks import LIPS_INNER
 from bakery.runtime.render import GRAY
 from bakery.stages.condition import shrunk
@@ -35,7 +35,7 @@ from bakery.stages.texture.teeth import seen_teeth
 from bakery.train.interiors import blotted
 
 OPEN = 0.08  # of the mouth's width: lips so far apart show teeth, mostly
-WAYS = ("hidden", "shown", "geometry")
+WAYS = ("hidden", "shown", "geometry", "placed")
 FIGURES = ("psnr", "gradient", "light", "distance")
 
 
@@ -70,9 +70,8 @@ def measure(
         fitted = FittedSubject(path, landmarks, head, size=CROP, photo=one)
         seen = fitted.neutral
         made[way] = _encoded(generator.generate(fitted.subject, seen.conditions).image, seen)
-        if way == "hidden":
-            shaded = seen.conditions.deformed_neutral * first_shade(fitted.head, seen.conditions)
-            made["geometry"] = _encoded(shaded, seen)
+        shaded = seen.conditions.deformed_neutral * first_shade(fitted.head, seen.conditions)
+        made["geometry" if way == "hidden" else "placed"] = _encoded(shaded, seen)
         mouth = is_part(seen.channels.part, *MOUTH)
         inside = mouth if inside is None else inside & mouth
     truth, marks = seen.picture, seen.points

@@ -189,12 +189,11 @@ def fit_to_table(fit: Fit, photo: Photo | None = None) -> dict[str, object]:
         "focal_source": fit.focal_source,
         "diagnostics": fit.diagnostics,
     }
-    if fit.rest.any():
-        table["rest"] = numbers(fit.rest)
     if fit.resting.any():
         table["resting"] = {n: w for n, w in zip(EXPRESSIONS, numbers(fit.resting)) if w}
-    if fit.outline.any():
-        table["outline"] = numbers(fit.outline)
+    for name in ("rest", "outline", "teeth"):
+        if getattr(fit, name).any():
+            table[name] = numbers(getattr(fit, name))
     if photo is not None:
         table["photo"] = {"sha256": photo.sha256, "notes": list(photo.notes)}
     return table
@@ -235,6 +234,7 @@ def fit_from_table(name: object, table: Mapping[str, Any]) -> Fit:
             rest=np.array(table.get("rest", np.zeros((468, 3))), np.float64),
             resting=np.array([resting.get(name, 0.0) for name in EXPRESSIONS], np.float64),
             outline=np.array(table.get("outline", []), np.float64),
+            teeth=np.array(table.get("teeth", np.zeros(3)), np.float64),
         )
 
 

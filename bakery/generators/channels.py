@@ -45,17 +45,24 @@ def condition_channels(head: HeadModel, conditions: Conditions) -> Channels:
         Channels.
     """
     seen = conditions.part != NONE
-    origin = -to_camera(np.zeros(3), conditions.camera)[2]
-    ahead = np.where(seen, origin - conditions.depth, 0)  # mm towards the camera
-    depth = np.clip(1 + 254 * (ahead - FAR) / (NEAR - FAR), 1, 255)
     return Channels(
         deformed=encode(conditions.deformed_neutral) * seen[..., None],
         normals=np.round(conditions.normals * 127).astype(np.int8),
-        depth=(np.round(depth) * seen).astype(np.uint8),
+        depth=depth_code(conditions),
         gaze=np.round(conditions.gaze_mask * 255).astype(np.uint8),
         part=conditions.part,
         face=face_mask(head, conditions),
     )
+
+
+def depth_code(conditions: Conditions) -> np.ndarray:
+    """`Channels.depth` [H, W] of Conditions."""
+    seen = conditions.part != NONE
+    origin = -to_camera(np.zeros(3), conditions.camera)[2]
+    ahead = np.where(seen, origin - conditions.depth, 0)  # mm towards the camera
+    depth = np.clip(1 + 254 * (ahead - FAR) / (NEAR - FAR), 1, 255)
+    coded: np.ndarray = (np.round(depth) * seen).astype(np.uint8)
+    return coded
 
 
 def shrunk_channels(channels: Channels, size: int) -> Channels:

@@ -12,13 +12,17 @@ import cv2
 import numpy as np
 
 from bakery.generators.channels import FAR, NEAR
-from bakery.generators.shade import BLUR, EYES, MOUTH, is_part
+from bakery.generators.shade import BLUR, EYES, is_part
 from bakery.geometry.color import LUMA
 from bakery.geometry.fill import around, smoothstep
+from bakery.heads.base import MOUTH
 
 FRAME_SCALE = 2.42 / 512  # pixels a mm over the side of a frame: 165 mm take 78% of it
 FROM_ABOVE = np.array([0.0, 0.45, 0.89], np.float32)  # where studio light comes from, mostly
 RELIEF = 2.5  # mm: coarser shading of teeth is the network's own to say
+# Exponent of the relief of painted teeth. Of 12 people of congress/train the gradient between the lips is
+# 0.79 of the photo's at 1, 0.85 at 1.5, 0.90 at 2, for 0.09 and 0.21 dB.
+EDGES = 1.5
 LIDS, LIPS = 1.1, 5.0  # mm over which lids and lips shade what is behind them
 AMBIENT = 0.45  # share of the light that comes from everywhere
 
@@ -73,7 +77,7 @@ def teeth_relief(part, shade, per_mm):
         cv2.GaussianBlur(weight, (0, 0), radius), 1e-3
     )
     out = np.ones(part.shape, np.float32)
-    out[window] = np.exp(np.where(inside, light - mean, 0))
+    out[window] = np.exp(np.where(inside, EDGES * (light - mean), 0))
     return out
 
 

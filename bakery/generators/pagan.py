@@ -30,10 +30,11 @@ from bakery.generators.interior import (
     teeth_tinted,
 )
 from bakery.generators.lids import with_lids
-from bakery.generators.shade import BLUR, EYES, MOUTH, is_part
+from bakery.generators.shade import BLUR, EYES, is_part
 from bakery.generators.unet import NetworkOptions, UNet, byte_range, input_channels, parts_of
 from bakery.geometry import camera as cameras
 from bakery.geometry.fill import around
+from bakery.heads.base import MOUTH
 from bakery.landmarks import FACE
 from bakery.paths import ASSETS
 from bakery.types import Conditions, Generated

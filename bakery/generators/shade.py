@@ -6,11 +6,10 @@ import numpy as np
 from bakery.geometry import harmonics
 from bakery.geometry.color import LUMA
 from bakery.geometry.fill import smoothstep
-from bakery.heads.base import PARTS
+from bakery.heads.base import MOUTH, PARTS
 
 EYES = ("eye_left", "eye_right")
 BLUR = 4.5  # standard deviations, beyond which cv2.GaussianBlur of floats sees nothing
-MOUTH = ("mouth_cavity", "teeth_upper", "teeth_lower", "gums_upper", "gums_lower", "tongue")
 
 
 def is_part(part, *names):

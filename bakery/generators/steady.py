@@ -18,9 +18,10 @@ import cv2
 import numpy as np
 
 from bakery.generators.channels import NONE
-from bakery.generators.shade import EYES, MOUTH, is_part
+from bakery.generators.shade import EYES, is_part
 from bakery.geometry import camera as cameras
 from bakery.geometry.sample import bilinear, interpolate
+from bakery.heads.base import MOUTH
 
 # Log of linear light by which a frame may differ from its own picture: 5 levels of 255 on skin, 16 on
 # teeth, whose tone the generator knows least. More was not looked at; it would lag.

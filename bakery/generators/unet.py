@@ -15,8 +15,9 @@ from torch.nn import functional
 
 from bakery.detectors.blocks import Conv, Residual
 from bakery.generators import expected_folds, strain
-from bakery.generators.shade import MOUTH, is_part
+from bakery.generators.shade import is_part
 from bakery.geometry.encode import decode, encode
+from bakery.heads.base import MOUTH
 from bakery.settings import Settings, setting
 
 # Groups of the input and their channels, in order; a network may be given fewer.

@@ -37,6 +37,7 @@ CARDS = ("lashes", "tear")  # drawn over the rest, as clear as the hair layer ma
 INTERIOR = (  # what the generator's conditions show instead
     "eye_socket mouth_cavity eye_left eye_right teeth_upper teeth_lower gums_upper gums_lower tongue"
 ).split()
+MOUTH = ("mouth_cavity", "teeth_upper", "teeth_lower", "gums_upper", "gums_lower", "tongue")
 FOLLOW = ("skin", "skull", "jaw", "eye_left", "eye_right")  # what a vertex moves with
 EYES = ("left", "right")  # order of every per-eye array: the subject's left first
 

@@ -280,7 +280,7 @@ def neutral_for(head, neutral, mine, fit, expression):
         return neutral
     try:
         plain = load_head(fit.head)
-        theirs = fitted_neutral(plain, replace(fit, outline=mine.outline))
+        theirs = fitted_neutral(plain, replace(fit, outline=mine.outline, teeth=mine.teeth))
         resting = theirs + residual_offsets(plain, fit.rest)
         back = played_back(plain, fitted_neutral(plain, mine), mine, expression)
     except (InputError, ModelError):  # a head that was given by its path, or is not installed here

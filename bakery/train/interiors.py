@@ -18,11 +18,11 @@ from bakery.bake.subject import FittedSubject
 from bakery.errors import BakeryError
 from bakery.formats.portraits import landmarks_of
 from bakery.generators.interior import FRAME_SCALE, interior_shade
-from bakery.generators.shade import MOUTH, is_part
+from bakery.generators.shade import is_part
 from bakery.geometry.color import to_encoded
 from bakery.geometry.encode import decode, encode
 from bakery.geometry.fill import normalized_blur
-from bakery.heads.base import HeadModel
+from bakery.heads.base import MOUTH, HeadModel
 from bakery.landmarks import EYES, LIPS_INNER, LIPS_OUTER, lip_gap
 from bakery.stages.segment import occlusion
 from bakery.synth.pairs import NAME, PaintedPair, write_shard

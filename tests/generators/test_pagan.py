@@ -15,7 +15,7 @@ from bakery.errors import ModelError
 from bakery.generators import pagan
 from bakery.generators.channels import condition_channels, expression_channels
 from bakery.generators.interior import FRAME_SCALE, interior_shade
-from bakery.generators.shade import EYES, MOUTH, is_part
+from bakery.generators.shade import EYES, is_part
 from bakery.generators.unet import (
     INPUTS,
     NetworkOptions,
@@ -28,7 +28,7 @@ from bakery.generators.unet import (
     to_linear,
 )
 from bakery.geometry import color as colors
-from bakery.heads.base import PARTS
+from bakery.heads.base import MOUTH, PARTS
 from bakery.heads.file import load_head
 from bakery.stages.condition import condition, face_camera
 from bakery.types import EXPRESSION_INDEX, Camera, Fit

@@ -8,11 +8,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 from bakery.generators import steady
-from bakery.generators.shade import EYES, MOUTH, is_part
+from bakery.generators.shade import EYES, is_part
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.sample import interpolate
-from bakery.heads.base import PARTS
+from bakery.heads.base import MOUTH, PARTS
 from bakery.heads.file import load_head
 from bakery.stages.condition import condition
 from bakery.types import EXPRESSION_INDEX, Camera, Generated

@@ -60,6 +60,7 @@ class FitOptions(Settings):
     outline: bool = setting(
         True, "fit ears, skull and neck to what the photo shows around the face"
     )
+    teeth: bool = setting(True, "place the upper teeth where the photo shows them")
 
     def __post_init__(self) -> None:
         super().__post_init__()

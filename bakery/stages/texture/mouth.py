@@ -10,11 +10,12 @@ from bakery import landmarks as marks
 from bakery.formats.targets import read_keys
 from bakery.generators.base import Subject
 from bakery.generators.interior import FRAME_SCALE
-from bakery.generators.shade import MOUTH, is_part
+from bakery.generators.shade import is_part
 from bakery.geometry import camera as cameras
 from bakery.geometry.fill import diffuse, smoothstep
 from bakery.geometry.sample import bilinear
-from bakery.heads.base import HeadModel, weights
+from bakery.heads.base import MOUTH, HeadModel, weights
+from bakery.heads.mouth import LIPS, around_mouth
 from bakery.preset import find
 from bakery.stages.condition import SIZE
 from bakery.stages.texture.proxies import Proxy
@@ -22,7 +23,6 @@ from bakery.types import EXPRESSIONS, Camera, Conditions, Generated
 
 SCALE = 1.25  # pixels of the mouth crop per pixel of the generator's 512 picture
 REACH = 60.0  # mm around the mouth that the crops need
-LIPS = np.concatenate([marks.LIPS_OUTER, marks.LIPS_INNER])
 
 
 def mouth_landmarks(head: HeadModel, neutral: np.ndarray, vertices: np.ndarray) -> np.ndarray:
@@ -43,12 +43,7 @@ def mouth_landmarks(head: HeadModel, neutral: np.ndarray, vertices: np.ndarray) 
 
 def cut(subject: Subject, reach: float = REACH) -> Subject:
     """The subject with the faces around the mouth only: poses deform several times faster."""
-    head = subject.head
-    lips = head.landmarks(subject.neutral)[LIPS].mean(0)
-    near = np.linalg.norm(subject.neutral - lips, axis=1) < reach
-    inside = head.part_vertices(*MOUTH, "mouth_sheet")
-    near[inside] = True
-    small = head.cut(np.flatnonzero(near[head.faces].all(1)))
+    small = around_mouth(subject.head, subject.neutral, reach)
     return replace(subject, head=small, neutral=subject.neutral[small.whole_vertices])
 
 
