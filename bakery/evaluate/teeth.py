@@ -4,7 +4,8 @@ A photo that shows teeth is fitted, and its head is painted as it stands there: 
 of its own fit. `hidden` paints from the photo with the mouth's interior blotted out, as the mouth
 of a person who smiles with closed lips is not seen; `shown` paints from the photo as it is, which is what
 a user gets who bakes it; `geometry` is the deformed neutral in the shade of the lips, from which the network
-starts, teeth hidden; `placed` is the same with upper teeth where the photo shows them. Each is compared with the photo between the lips, where both of them show the mouth.
+starts, teeth hidden; `placed` is the same with upper teeth where the photo shows them. Each is compared with
+the photo between the lips, where all of them show the mouth.
 """
 
 from collections.abc import Sequence

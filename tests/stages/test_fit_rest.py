@@ -179,6 +179,17 @@ def test_a_smile_takes_the_mouth_off_its_resting_shape(head, fit):
     assert_plays_as_plain(head, found, grin, rest.MOUTH)
 
 
+def test_a_mouth_hardly_rests_to_one_side(head, fit):
+    """What is more than nine of ten mouths have is played: the photo's own weights look as before."""
+    own = weights({"mouthLeft": 0.4, "jawLeft": 0.2, "mouthRight": 0.05})
+    (found,) = rested(head, [replace(fit, expression=own)], TextureOptions())
+    places = [EXPRESSIONS.index(name) for name in ("mouthLeft", "jawLeft", "mouthRight")]
+    assert_allclose(found.resting[places], [rest.MOST_SIDEWAYS] * 2 + [0.05], atol=1e-6)
+    assert_allclose(
+        found.expression[places], [0.4 - rest.MOST_SIDEWAYS, 0.2 - rest.MOST_SIDEWAYS, 0], atol=1e-6
+    )
+
+
 def test_brows_go_as_far_as_anybodys(head, fit):
     """Low brows at rest are not lowered twice, and another shape keeps the model's plain frown."""
     own = weights({"browDownLeft": 0.6, "browDownRight": 0.6})
