@@ -16,6 +16,7 @@ from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
 from bakery.geometry.color import to_encoded
 from bakery.heads.base import CARDS, EYES, FOLLOW, PARTS, PROXIES, HeadModel
+from bakery.heads.mouth import LIPS
 from bakery.runtime import card_kernels, kernels, raster_kernels, shading
 from bakery.runtime.avatar import Avatar
 from bakery.runtime.blend import gaze_slide, lay_hair, nearest_gaze
@@ -24,7 +25,6 @@ from bakery.runtime.lash_cards import card_sides, card_weights
 from bakery.runtime.mouth import neighbours
 from bakery.runtime.painted import Painted
 from bakery.runtime.render import BEHIND, GRAY, SAMPLES, SHOWN, Frame, paintable
-from bakery.stages.texture.mouth import LIPS
 from bakery.types import Camera, Textures
 
 Felt = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]  # see `_felt`

@@ -36,6 +36,7 @@ AROUND = 1.3  # times the inner lips' extent
 REACH = 45.0  # mm around the lips: as far as a smile's lips hide teeth
 OPEN = 0.05  # of the mouth's width: lips less far apart show too little
 SOFT = 1.0  # pixels: gaps that miss each other by less still count
+PLAIN = 1e-4  # deviation of luminance, below which there is nothing to compare
 PIXELS = 60  # between the lips, at least
 # Luminance of the brightest tenth between the lips over what is around them: less is no teeth. 47 of 48
 # people of congress/train have 0.95 to 3.6.
@@ -96,9 +97,12 @@ class ShownMouth:
         return _TONE[seen.part] * shade, seen.part
 
     def likeness(self, teeth: np.ndarray) -> float:
-        """Correlation of the drawn mouth and the photo between the lips, -1..1."""
+        """Correlation of the drawn mouth and the photo between the lips, -1..1; 0 if one is plain."""
         drawn = cv2.GaussianBlur(np.sqrt(self.draw(teeth)[0]), (0, 0), SOFT)
-        return float(np.corrcoef(drawn[self.inside], self.luminance[self.inside])[0, 1])
+        drawn, seen = drawn[self.inside], self.luminance[self.inside]
+        if min(drawn.std(), seen.std()) < PLAIN:
+            return 0.0
+        return float(np.corrcoef(drawn, seen)[0, 1])
 
 
 _TONE = np.zeros(256, np.float32)  # by the code of a part
