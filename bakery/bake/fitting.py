@@ -156,6 +156,11 @@ def fitted_neutral(head: HeadModel, fit: Fit) -> np.ndarray:
     return shape + teeth_offsets(head, shape, fit.teeth) if fit.teeth.any() else shape
 
 
+def with_parts_of(fit: Fit, mine: Fit) -> Fit:
+    """A fit of another photo, with outline and teeth of the person's own fit: one photo tells them, another may not."""
+    return replace(fit, outline=mine.outline, teeth=mine.teeth)
+
+
 def resting_head(head: HeadModel, fit: Fit) -> tuple[HeadModel, np.ndarray]:
     """The head whose lids close on this person's eyes, and its neutral shape [V, 3] mm, at rest."""
     head, neutral = at_rest(head, fitted_neutral(head, fit), fit)

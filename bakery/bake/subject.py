@@ -1,12 +1,18 @@
 """A person photographed in neutral, ready to be painted as other photographs show them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from bakery.bake.fitting import fit_portrait, fitted_neutral, own_head, resting_head
+from bakery.bake.fitting import (
+    fit_portrait,
+    fitted_neutral,
+    own_head,
+    resting_head,
+    with_parts_of,
+)
 from bakery.bake.options import BuildOptions
 from bakery.formats.image import read_photo
 from bakery.formats.portraits import landmarks_of
@@ -114,7 +120,7 @@ class FittedSubject:
         """The neutral shape [V, 3] mm that this person's expressions bring to another fit's shape."""
         mine = self.neutral.fit
         back = played_back(self.model, fitted_neutral(self.model, mine), mine, fit.expression)
-        other = replace(fit, outline=mine.outline, teeth=mine.teeth)
+        other = with_parts_of(fit, mine)
         theirs: np.ndarray = fitted_neutral(self.model, other) + back
         return theirs
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bakery.bake.fitting import fitted_neutral
+from bakery.bake.fitting import fitted_neutral, with_parts_of
 from bakery.errors import InputError, ModelError, UsageProblem
 from bakery.formats import record
 from bakery.formats.exr import write_exr
@@ -280,7 +280,7 @@ def neutral_for(head, neutral, mine, fit, expression):
         return neutral
     try:
         plain = load_head(fit.head)
-        theirs = fitted_neutral(plain, replace(fit, outline=mine.outline, teeth=mine.teeth))
+        theirs = fitted_neutral(plain, with_parts_of(fit, mine))
         resting = theirs + residual_offsets(plain, fit.rest)
         back = played_back(plain, fitted_neutral(plain, mine), mine, expression)
     except (InputError, ModelError):  # a head that was given by its path, or is not installed here

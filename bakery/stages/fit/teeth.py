@@ -7,7 +7,7 @@ lips. Light and colour of teeth are not known here: a correlation asks for neith
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import cv2
@@ -23,6 +23,7 @@ from bakery.heads.mouth import around_mouth
 from bakery.landmarks import LIPS_INNER, lip_gap
 from bakery.stages.condition import condition
 from bakery.stages.face_frame import cut
+from bakery.stages.segment.frame import draw_polygon
 from bakery.types import Camera, Fit, Photo
 
 TEETH = ("teeth_upper", "gums_upper")
@@ -131,8 +132,7 @@ def shown_mouth(
     picture = photo.encoded[first[1] : last[1], first[0] : last[0]]
     picture = cut(picture, np.column_stack([np.eye(2) * scale, (first - corner) * scale]), SIDE)
     lips = np.zeros((SIDE, SIDE), np.uint8)
-    places = np.round(((ring - corner) * scale - 0.5) * 16).astype(np.int32)
-    cv2.fillPoly(lips, [places], 1, shift=4)
+    draw_polygon(lips, (ring - corner) * scale, 1)
     piece = around_mouth(head, neutral, REACH)
     luminance = np.sqrt(np.maximum(to_linear(np.clip(picture, 0, 1)) @ LUMA, 0))
     camera = cameras.crop(fit.camera, corner[0], corner[1], SIDE, SIDE, scale)
@@ -143,7 +143,7 @@ def shown_mouth(
     outside = cv2.dilate(lips, np.ones((9, 9), np.uint8)) == 0
     if np.quantile(luminance[inside], 0.9) ** 2 < LIGHT * np.median(luminance[outside]) ** 2:
         return None
-    return ShownMouth(piece, mouth.neutral, fit, camera, luminance, inside)
+    return replace(mouth, inside=inside)
 
 
 def place_teeth(mouths: Sequence[ShownMouth]) -> np.ndarray:
