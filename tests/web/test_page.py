@@ -99,7 +99,10 @@ def test_numbers_that_are_none_are_refused(walked):
 
 def test_a_dropped_take_plays(walked):
     report, _ = walked
-    assert 0 < report["played"]["first"] < report["played"]["later"], report["played"]
+    time, opened = report["played"]["playing"]
+    assert time > 0
+    assert opened == pytest.approx(time / 2, abs=0.001), "the jaw opens by a half a second"
+    assert report["played"]["sought"] == pytest.approx(0.75, abs=0.001)
     assert report["played"]["yaw"] == pytest.approx(-11.46, abs=0.01)  # 0.2 radians to the right
     assert "clamped" in report["played"]["notes"]
     assert "row 3" in report["refused"], "a damaged take is refused, with its row"

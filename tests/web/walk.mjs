@@ -245,7 +245,8 @@ async function playing() {
   seen.refused = await notes.textContent();
   await drop('take.csv', text);
   await page.waitForFunction(() => window.page.player.time > 0.2, null, { timeout: 20000 });
-  const first = await weight('jawOpen');
+  // Both at one moment: a busy machine plays on between two calls.
+  const playing = await page.evaluate(() => [window.page.player.time, window.avatar.get('jawOpen')]);
   const clicked = page.waitForEvent('download');
   await page.getByRole('button', { name: 'Record WebM' }).click();
   await page.waitForFunction(() => window.page.player.bytes > 1000, null, { timeout: 30000 });
@@ -256,7 +257,7 @@ async function playing() {
   await page.getByRole('button', { name: 'Pause' }).click();
   await page.evaluate(() => window.page.player.seek(1.5));
   const yaw = await page.evaluate(() => window.avatar.head[0]);
-  seen.played = { first, later: await weight('jawOpen'), yaw, notes: await notes.textContent() };
+  seen.played = { playing, sought: await weight('jawOpen'), yaw, notes: await notes.textContent() };
 }
 
 async function costs() {
