@@ -254,10 +254,10 @@ def test_bad_files_are_refused_in_a_second(tmp_path, picture):
     for what, (data, message) in broken_files(picture).items():
         path = tmp_path / f"{what}.jpg"
         path.write_bytes(data)
-        start = time.perf_counter()
+        start = time.process_time()
         with pytest.raises(InputError, match=message) as caught:
             read_photo(path)
-        assert time.perf_counter() - start < 1, what
+        assert time.process_time() - start < 1, what  # not what a busy machine takes
         assert "\n" not in str(caught.value), what
 
 
