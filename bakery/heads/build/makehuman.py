@@ -66,8 +66,12 @@ def refined_flesh(raw):
     return matrix, faces, parts[owner]
 
 
-def flesh(raw):
-    """Skin, eye sockets and mouth cavity: one smooth surface. Returns (Patch, lip ring)."""
+def flesh(raw, charted=None):
+    """Skin, eye sockets and mouth cavity: one smooth surface. Returns (Patch, lip ring).
+
+    Args:
+        charted: [V, 3] mm, what the atlas is laid out on; None for the mean.
+    """
     matrix, faces, name = refined_flesh(raw)
 
     def carry(values):
@@ -76,16 +80,17 @@ def flesh(raw):
         return np.moveaxis(out, 0, -2)
 
     mean = carry(raw.mean)
+    laid = mean if charted is None else carry(charted)
     uvs, uv_faces, offset = [], np.zeros_like(faces), 0
     charts = [("skin", name == "skin", flatten.SKIN_BOX, skin_chart)]
     charts.append(
         ("mouth_cavity", name == "mouth_cavity", flatten.BOXES["mouth_cavity"], chart_of_disc)
     )
-    side = mean[faces].mean(1)[:, 0] > 0
+    side = laid[faces].mean(1)[:, 0] > 0
     for label, on in (("socket_left", side), ("socket_right", ~side)):
         charts.append((label, (name == "eye_socket") & on, flatten.BOXES[label], chart_of_disc))
     for _, on, box, chart in charts:
-        uv, small = chart(mean, faces[on])
+        uv, small = chart(laid, faces[on])
         uvs.append(place(uv, box))
         uv_faces[on] = small + offset
         offset += len(uv)
@@ -214,7 +219,8 @@ def prepare(raw, known):
     """
     raw = symmetric(raw)
     if "prior_mean" in known:
-        raw = learned_prior(raw, known["prior_mean"], known["prior_modes"])
+        mean = known["prior_mean"] + known.get("depth", 0)
+        raw = learned_prior(raw, mean, known["prior_modes"])
     else:
         raw = replace(raw, sliders=raw.sliders[:MODES])
     if "rest_expression" in known:
@@ -236,8 +242,10 @@ def build(raw, boxes=flatten.BOXES, known=None):
         HeadModel.
     """
     known = known_landmarks("makehuman") if known is None else known
+    # The atlas is that of the head before it got its depth: what was learned on it stays in place.
+    charted = prepare(raw, {key: value for key, value in known.items() if key != "depth"}).mean
     raw = prepare(raw, known)
-    body, lips = flesh(raw)
+    body, lips = flesh(raw, charted)
     balls = balls_of(raw)
     body = lay_lids(body, balls)
     patches = [body]

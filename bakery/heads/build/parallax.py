@@ -1,0 +1,65 @@
+"""What a head that was learned from the front owes to photographs of turned heads: depth.
+
+How much it lacks is measured by `train.depths`. Only points that an edge or fold marks are asked;
+others lie where a detector expects them (docs/log-fit.md). Build-time only.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bakery import landmarks as marks
+from bakery.heads.build.learn import HELD, profile_rate, profile_vertices, spread
+from bakery.heads.place import at_landmarks
+
+SEEN = np.setdiff1d(np.arange(marks.FACE), marks.PLAIN)
+STEADY = np.setdiff1d(SEEN, marks.LIPS)  # what a smile moves least
+# The front sees what they lie on edge-on, so where on it was a guess: they tell nothing of depth.
+UNDER_NOSE = np.array([19, 94, 2, 97, 326])
+DEPTH = 1.5  # weight of the features' mean square depth, per mm2
+FIRM = 5.0  # of the profile's convexity, per mm2
+# Of how far lips of smiles lack depth: with all of it points of lips fit worse, and the lip lies flat.
+TAKEN = 0.5
+
+
+@dataclass(frozen=True)
+class Depths:
+    """What a head lacks in depth at its landmarks, up to a common offset."""
+
+    rest: np.ndarray  # [468] mm, in people who do not smile
+    smile: np.ndarray  # [468] mm more in a smile of weight 1
+    turned: float  # root mean square of the turns that told it, degrees
+
+
+def deeper_smile(raw, matrix, smile, depths):
+    """A smile [V, 3] mm whose lips go as far back as people's do.
+
+    Args:
+        raw: the prepared Raw; matrix: from `landmark_matrix`; smile: [V, 3] mm, both sides.
+    """
+    goal = np.zeros((marks.FACE, 1))
+    goal[marks.LIPS, 0] = TAKEN * (depths.smile[marks.LIPS] - depths.smile[STEADY].mean())
+    out = smile.copy()
+    out[:, 2:] += spread(raw, matrix[SEEN], goal[SEEN])
+    return out
+
+
+def depth_shift(head, depths):
+    """Identity [I] that gives the mean head the depth of people's features.
+
+    The smallest move, in standard deviations of the modes, that makes up for `depths.rest` while
+    the landmarks stay where the front sees them and the profile keeps its convexity.
+    """
+    _, basis, _ = at_landmarks(head)
+    groups = [np.concatenate(marks.EYES), marks.BROWS, marks.NOSE, marks.LIPS_OUTER]
+    groups = [np.setdiff1d(group, UNDER_NOSE) for group in groups]
+    weights = np.zeros(marks.FACE)
+    for group in groups:
+        weights[group] += 1 / len(group) / len(groups)
+    wanted = depths.rest - weights @ depths.rest
+    depth = basis[..., 2] - (basis[..., 2] @ weights)[:, None]
+    fronts = basis[..., :2].reshape(len(basis), -1)
+    profile = profile_rate(head, profile_vertices(head))
+    system = np.eye(len(basis)) + HELD / marks.FACE * fronts @ fronts.T
+    system += DEPTH * (depth * weights) @ depth.T + FIRM * np.outer(profile, profile)
+    return np.linalg.solve(system, DEPTH * (depth * weights) @ wanted)

@@ -1,0 +1,139 @@
+"""How far features of the face stand ahead, measured on photographs of turned heads.
+
+From the front depth is not seen. In a head that is turned, what stands ahead moves to a side: over
+many people the slope of that move against the sine of the turn is what the model lacks in depth.
+"""
+
+import numpy as np
+
+from bakery import landmarks as marks
+from bakery.geometry import camera as cameras
+from bakery.geometry import rotation
+from bakery.heads.build import learn, makehuman, parallax
+from bakery.heads.build.parallax import Depths
+from bakery.heads.place import offsets_from
+from bakery.stages.fit import FitOptions, Shape, landmark_fit, landmark_model, sideways
+from bakery.stages.fit.person import Shot
+from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
+
+SIDEWAYS = ("mouthLeft", "mouthRight", "jawLeft", "jawRight")
+
+
+def learn_depths(raw, known, points, sizes):
+    """Give the default head the depth that turned faces show, in its mean and in its smile.
+
+    Args:
+        raw: Raw, from `heads.build.wheel.read_wheel`; known: what `recipe.learn_all` found.
+        points, sizes: as for `missing_depths`.
+
+    Yields:
+        (what was done, the mapping that `makehuman.build` takes as `known`).
+    """
+    known = dict(known)
+    head = makehuman.build(raw, known=known)
+    control = makehuman.prepare(raw, known)
+    matrix = learn.landmark_matrix(control, head)
+    depths = missing_depths(head, points, sizes)
+    smile = parallax.deeper_smile(control, matrix, known["smile"], depths)
+    known["smile"] = smile.astype(np.float32)
+    ahead = depths.smile[parallax.STEADY].mean() - depths.smile[marks.LIPS].mean()
+    yield f"lips of smiles stood {ahead:.1f} mm ahead", dict(known)
+    head = makehuman.build(raw, known=known)
+    shift = parallax.depth_shift(head, missing_depths(head, points, sizes))
+    known["depth"] = (shift @ known["prior_modes"]).astype(np.float32)
+    known["positions"] = (matrix @ makehuman.prepare(raw, known).mean).astype(np.float32)
+    yield f"mean moved by {np.linalg.norm(shift):.2f} standard deviations", dict(known)
+
+
+def fits_of(head, points, sizes):
+    """Fit a head to people's points as a bake does, without their colours.
+
+    Args:
+        head: HeadModel with landmarks.
+        points: [N, 478, 2] pixels of faces, of which some are turned; sizes: [N, 2].
+
+    Yields:
+        (points [468, 2], Camera, Shape, landmarks of the shape [468, 3] mm) of each face.
+    """
+    options = FitOptions()
+    model = landmark_model(head, options.modes)
+    start = Shape(np.zeros(len(head.identity_basis)), np.zeros(len(EXPRESSIONS)))
+    for face, size in zip(points, sizes):
+        width, height = map(int, size)
+        focal = options.focal * max(width, height)
+        shot = Shot(face, np.ones(len(face)), focal, width, height)
+        camera, shape = landmark_fit(
+            head, model, shot.start(model), start, shot.points, shot.confidence, options
+        )
+        yield face[: marks.FACE], camera, shape, model.points(shape)
+
+
+def missing_depths(head, points, sizes):
+    """What a head lacks in depth, from `fits_of` people: Depths. Both sides are taken alike."""
+    model, twin, even = (
+        landmark_model(head, FitOptions().modes),
+        sideways.twins(head),
+        even_weights(),
+    )
+    aside, slope, smiling = [], [], []
+    for face, camera, shape, _ in fits_of(head, points, sizes):
+        weights = even @ shape.expression
+        person = model.points(Shape(shape.identity, weights))
+        person = (person + person[twin] * [-1, 1, 1]) / 2
+        side = side_of(camera)
+        move = offsets_from(person, camera, face) @ side
+        aside.append((move + move[twin]) / 2)
+        slope.append(side[2])
+        smiling.append(weights[EXPRESSION_INDEX["mouthSmileLeft"]])
+    slope = np.array(slope)
+    rows = np.stack([np.ones(len(slope)), slope, slope * smiling], 1)
+    _, rest, more = np.linalg.lstsq(rows, np.array(aside), rcond=None)[0]
+    return Depths(rest, more, float(np.degrees(np.sqrt((np.arcsin(slope) ** 2).mean()))))
+
+
+def measure_turned(head, points, sizes):
+    """How well a head fits turned faces, by name: points in percent of the eye distance, and how far
+    the mouth is thought to go to a side where the head is turned."""
+    errors, slopes, mouths = [], [], []
+    for face, camera, shape, places in fits_of(head, points, sizes):
+        miss = np.linalg.norm(cameras.project(places, camera) - face, axis=1)
+        errors.append(miss / marks.face_size(face))
+        slopes.append(np.degrees(np.arcsin(side_of(camera)[2])))
+        left, right = (
+            shape.expression[EXPRESSION_INDEX["mouth" + side]] for side in ("Left", "Right")
+        )
+        mouths.append(left - right)
+    error, spread = 100 * np.mean(errors, axis=0), np.std(slopes) * np.std(mouths)
+    common = float(np.cov(slopes, mouths, ddof=0)[0, 1] / spread) if spread > 0 else 0.0
+    parts = {"eyes": np.concatenate(marks.EYES), "nose": marks.NOSE, "lips": marks.LIPS}
+    return {
+        **{
+            f"turned: {name}, %": round(float(error[part].mean()), 3)
+            for name, part in parts.items()
+        },
+        "turned: mouthLeft less mouthRight, rms": round(float(np.std(mouths)), 3),
+        "turned: its correlation with the turn": round(common, 2),
+    }
+
+
+def even_weights():
+    """Matrix [E, E] that gives both sides the mean of their weights and moves nothing to a side."""
+    out = np.eye(len(EXPRESSIONS))
+    for name in EXPRESSIONS:
+        if name in SIDEWAYS:
+            out[EXPRESSION_INDEX[name]] = 0
+        elif name.endswith("Left") and not name.startswith("eyeLook"):
+            pair = [
+                EXPRESSION_INDEX[name.removesuffix("Left") + side] for side in ("Left", "Right")
+            ]
+            out[np.ix_(pair, pair)] = 0.5
+    return out
+
+
+def side_of(camera):
+    """Unit vector [3] in head space: the head's own x axis as the picture shows it."""
+    ahead = -rotation.matrix(camera.rotation).T @ camera.translation
+    ahead /= np.linalg.norm(ahead)  # from the head to the camera
+    side = np.array([1.0, 0, 0]) - ahead[0] * ahead
+    unit: np.ndarray = side / np.linalg.norm(side)
+    return unit

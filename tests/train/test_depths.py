@@ -1,0 +1,154 @@
+"""Depth that turned faces show, on faces projected from known heads."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bakery import landmarks as marks
+from bakery.geometry import camera as cameras
+from bakery.geometry import rotation
+from bakery.heads.build import learn, parallax
+from bakery.heads.build.wheel import Raw
+from bakery.train import depths
+from bakery.types import EXPRESSION_INDEX, EXPRESSIONS, Camera
+
+SIZE = (675, 825)
+SMILE = [EXPRESSION_INDEX["mouthSmile" + side] for side in ("Left", "Right")]
+NOSE = np.array([168, 6, 197, 195, 5, 4])  # its ridge
+
+
+def camera(yaw):
+    turn = rotation.yaw_pitch(yaw, 0.0)
+    place = turn @ [0, 40.0, 0] + [0, 0, -600.0]
+    return Camera(1485.0, np.array(SIZE) / 2, rotation.vector(turn), place, *SIZE)
+
+
+def faces(places, yaws):
+    """Points [N, 478, 2] of landmarks [468, 3], or of each of N, that are turned."""
+    out = np.zeros((len(yaws), 478, 2))
+    for face, yaw, points in zip(out, yaws, np.broadcast_to(places, (len(yaws), 468, 3))):
+        face[:468] = cameras.project(points, camera(yaw))
+    return out
+
+
+@pytest.fixture(scope="module")
+def turned(head):
+    """Faces of the mean head, half of them smiling, with a longer nose and lips back in the smile."""
+    yaws = np.tile(np.linspace(-20, 20, 8), 2)
+    weights = np.zeros(len(EXPRESSIONS))
+    weights[SMILE] = 0.9
+    rest, smile = (
+        head.landmarks(head.vertices(head.mean, w))[:468].astype(float)
+        for w in (0 * weights, weights)
+    )
+    rest[NOSE, 2] += 4
+    smile[NOSE, 2] += 4
+    smile[marks.LIPS, 2] -= 5
+    points = np.concatenate([faces(rest, yaws[:8]), faces(smile, yaws[8:])])
+    return depths.missing_depths(head, points, np.tile(SIZE, (len(points), 1)))
+
+
+def test_a_longer_nose_is_seen(turned):
+    """Identity takes a part of it, and so does the turn."""
+    ahead = turned.rest - turned.rest[np.setdiff1d(parallax.STEADY, NOSE)].mean()
+    assert 1.5 < ahead[NOSE].mean() < 4.5
+    assert abs(ahead[marks.LIPS].mean()) < 1.2
+    assert turned.turned == pytest.approx(13.1, abs=0.4)  # of -20 to 20 degrees in eight
+
+
+def test_lips_that_go_back_in_a_smile_are_seen(turned):
+    more = turned.smile - turned.smile[parallax.STEADY].mean()
+    assert -7 < more[marks.LIPS].mean() < -3
+
+
+def test_a_head_lacks_nothing_of_itself(head):
+    points = faces(head.landmarks(head.mean)[:468], np.linspace(-20, 20, 6))
+    found = depths.missing_depths(head, points, np.tile(SIZE, (6, 1)))
+    # The contour may slide, and a fit's prior holds it back a little.
+    assert np.sqrt((found.rest[parallax.SEEN] ** 2).mean()) < 0.2
+
+
+def test_turned_faces_are_measured(head):
+    """Of the head itself all is met; a nose that stands ahead is not, and lips moved aside are told."""
+    places = head.landmarks(head.mean)[:468].astype(float)
+    yaws = np.linspace(-20, 20, 6)
+    sizes = np.tile(SIZE, (6, 1))
+    own = depths.measure_turned(head, faces(places, yaws), sizes)
+    assert own["turned: nose, %"] < 0.3 and own["turned: lips, %"] < 0.3
+    longer = places.copy()
+    longer[NOSE, 2] += 8
+    longer = depths.measure_turned(head, faces(longer, yaws), sizes)
+    assert longer["turned: nose, %"] > 1.5 * own["turned: nose, %"]
+    flatter = places.copy()
+    flatter[marks.LIPS, 2] -= 8
+    flatter = depths.measure_turned(head, faces(flatter, yaws), sizes)
+    assert flatter["turned: mouthLeft less mouthRight, rms"] > 0.05
+    assert flatter["turned: its correlation with the turn"] < -0.8
+
+
+def test_even_weights_turn_nothing_aside():
+    even = depths.even_weights()
+    weights = np.random.default_rng(0).uniform(size=len(EXPRESSIONS))
+    found = dict(zip(EXPRESSIONS, even @ weights))
+    assert found["mouthSmileLeft"] == pytest.approx(weights[SMILE].mean())
+    assert found["mouthSmileLeft"] == found["mouthSmileRight"]
+    assert found["mouthLeft"] == found["jawRight"] == 0
+    assert found["eyeLookInLeft"] == weights[EXPRESSION_INDEX["eyeLookInLeft"]]
+    np.testing.assert_allclose(even @ even, even)
+
+
+def lacking(**at):
+    """Depths of a head that lacks something at some landmarks: name -> (points, mm)."""
+    found = {"rest": np.zeros(468), "smile": np.zeros(468)}
+    for name, (points, depth) in at.items():
+        found[name][points] = depth
+    return parallax.Depths(found["rest"], found["smile"], 10.0)
+
+
+def test_the_mean_gets_the_depth_and_keeps_its_front(head):
+    assert np.linalg.norm(parallax.depth_shift(head, lacking())) == 0
+    shift = parallax.depth_shift(head, lacking(rest=(NOSE, 5.0)))
+    moved = head.landmarks(head.neutral(shift)) - head.landmarks(head.mean)
+    eyes = np.concatenate(marks.EYES)
+    assert 0.2 < moved[NOSE, 2].mean() - moved[eyes, 2].mean() < 5
+    assert np.sqrt((moved[:468, :2] ** 2).sum(1).mean()) < 0.5
+
+
+def flat(side=12):
+    """A control mesh that is a square of quads, 1 mm apart."""
+    y, x = np.mgrid[:side, :side].reshape(2, -1).astype(float)
+    corner = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()
+    quads = np.stack([corner, corner + 1, corner + side + 1, corner + side], 1)
+    points = np.stack([x, y, 0 * x], 1)
+    none = np.zeros((0, len(points), 3))
+    parts = np.full(len(quads), "skin")
+    return Raw(points, points, quads, parts, points[:, :2], quads, none, none)
+
+
+def test_displacements_of_points_spread_smoothly():
+    pytest.importorskip("scipy")
+    from scipy.sparse import csr_matrix
+
+    raw = flat()
+    middle = 12 * 6 + 6
+    matrix = csr_matrix(([1.0], ([0], [middle])), (1, len(raw.mean)))
+    found = learn.spread(raw, matrix, np.array([[0.0, 0.0, 2.0]]))
+    assert np.abs(found[:, :2]).max() < 1e-12
+    height = found[:, 2]
+    assert height.argmax() == middle and 0.3 < height[middle] < 2
+    assert height[middle] > height[middle + 2] > height[middle + 4] > 0
+
+
+def test_a_deeper_smile_moves_lips_alone_in_depth(head):
+    pytest.importorskip("scipy")
+    from scipy.sparse import csr_matrix
+
+    raw = flat(24)
+    matrix = csr_matrix((np.ones(468), (np.arange(468), np.arange(468))), (468, 576))
+    smile = np.random.default_rng(0).normal(size=(576, 3))
+    found = parallax.deeper_smile(raw, matrix, smile, lacking(smile=(marks.LIPS, -4.0)))
+    np.testing.assert_array_equal(found[:, :2], smile[:, :2])
+    assert (found - smile)[marks.LIPS, 2].mean() < -0.5
+    same = parallax.deeper_smile(raw, matrix, smile, replace(lacking(), smile=np.full(468, 3.0)))
+    np.testing.assert_allclose(same, smile, atol=1e-9)  # a common offset is no depth
