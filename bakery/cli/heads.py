@@ -338,9 +338,8 @@ def learn(wheel, portraits, points, turned, output, overwrite):
         known = so_far
     if turned:
         seen = read_points(turned[1], turned[0])[:2]
-        for report, so_far in learn_depths(raw, dict(known), *seen):
-            options.say(report)
-            known = so_far
+        report, known = learn_depths(raw, known, *seen)
+        options.say(report)
     save_arrays(output, known)
     options.wrote(output)
 

@@ -20,29 +20,27 @@ SIDEWAYS = ("mouthLeft", "mouthRight", "jawLeft", "jawRight")
 
 
 def learn_depths(raw, known, points, sizes):
-    """Give the default head the depth that turned faces show, in its mean and in its smile.
+    """Give the mean of the default head the depth that turned faces show.
 
     Args:
         raw: Raw, from `heads.build.wheel.read_wheel`; known: what `recipe.learn_all` found.
         points, sizes: as for `missing_depths`.
 
-    Yields:
+    Returns:
         (what was done, the mapping that `makehuman.build` takes as `known`).
     """
-    known = dict(known)
     head = makehuman.build(raw, known=known)
     control = makehuman.prepare(raw, known)
-    matrix = learn.landmark_matrix(control, head)
-    depths = missing_depths(head, points, sizes)
-    smile = parallax.deeper_smile(control, matrix, known["smile"], depths)
-    known["smile"] = smile.astype(np.float32)
-    ahead = depths.smile[parallax.STEADY].mean() - depths.smile[marks.LIPS].mean()
-    yield f"lips of smiles stood {ahead:.1f} mm ahead", dict(known)
-    head = makehuman.build(raw, known=known)
+    matrix, twin = learn.landmark_matrix(control, head), sideways.twins(head)
     shift = parallax.depth_shift(head, missing_depths(head, points, sizes))
-    known["depth"] = (shift @ known["prior_modes"]).astype(np.float32)
-    known["positions"] = (matrix @ makehuman.prepare(raw, known).mean).astype(np.float32)
-    yield f"mean moved by {np.linalg.norm(shift):.2f} standard deviations", dict(known)
+    depth = np.tensordot(shift, control.sliders[..., 2].astype(float), 1)
+    # Lids and eyeballs fit each other: the rest of the head moves.
+    depth -= (matrix @ depth)[np.concatenate(marks.EYES)].mean()
+    found = {**known, "depth": depth.astype(np.float32)}
+    places = matrix @ makehuman.prepare(raw, found).mean
+    found["positions"] = ((places + places[twin] * [-1, 1, 1]) / 2).astype(np.float32)
+    moved = np.sqrt(((matrix @ depth)[parallax.SEEN] ** 2).mean())
+    return f"depth: features moved by {moved:.1f} mm", found
 
 
 def fits_of(head, points, sizes):

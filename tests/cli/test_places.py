@@ -17,7 +17,7 @@ READ = {  # options that name a file or folder to read
     "network",
     "landmarks", "fitted", "textures", "masks", "photos", "dense", "backgrounds",
     "expressions", "skins", "pairs", "performers", "features", "portraits", "points", "wheel", "curves", "sound", "take",
-    "bank", "file", "finder", "eye", "mouth", "real", "teacher", "weights", "meshes", "sign", "trust",
+    "bank", "file", "finder", "eye", "mouth", "real", "teacher", "weights", "meshes", "sign", "trust", "turned",
 }  # fmt: skip
 FILES = {
     "output",

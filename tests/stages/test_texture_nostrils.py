@@ -28,7 +28,7 @@ def test_there_are_two_alike_beside_the_middle(head, nose):
     places = on_skin.at(head.mean)
     inside = where > 0.5
     base = head.landmarks(head.mean)[NOSE_BASE[0]]
-    assert np.linalg.norm(places[inside] - base, axis=1).max() < 25
+    assert np.linalg.norm(places[inside] - base, axis=1).max() < 26  # mm, the wings' far ends
     left, right = inside & (places[:, 0] > 1), inside & (places[:, 0] < -1)
     assert 20 < left.sum() < 1000
     assert left.sum() == pytest.approx(right.sum(), rel=0.15)

@@ -1,15 +1,12 @@
 """Depth that turned faces show, on faces projected from known heads."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from bakery import landmarks as marks
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
-from bakery.heads.build import learn, parallax
-from bakery.heads.build.wheel import Raw
+from bakery.heads.build import parallax
 from bakery.train import depths
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS, Camera
 
@@ -113,42 +110,3 @@ def test_the_mean_gets_the_depth_and_keeps_its_front(head):
     eyes = np.concatenate(marks.EYES)
     assert 0.2 < moved[NOSE, 2].mean() - moved[eyes, 2].mean() < 5
     assert np.sqrt((moved[:468, :2] ** 2).sum(1).mean()) < 0.5
-
-
-def flat(side=12):
-    """A control mesh that is a square of quads, 1 mm apart."""
-    y, x = np.mgrid[:side, :side].reshape(2, -1).astype(float)
-    corner = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()
-    quads = np.stack([corner, corner + 1, corner + side + 1, corner + side], 1)
-    points = np.stack([x, y, 0 * x], 1)
-    none = np.zeros((0, len(points), 3))
-    parts = np.full(len(quads), "skin")
-    return Raw(points, points, quads, parts, points[:, :2], quads, none, none)
-
-
-def test_displacements_of_points_spread_smoothly():
-    pytest.importorskip("scipy")
-    from scipy.sparse import csr_matrix
-
-    raw = flat()
-    middle = 12 * 6 + 6
-    matrix = csr_matrix(([1.0], ([0], [middle])), (1, len(raw.mean)))
-    found = learn.spread(raw, matrix, np.array([[0.0, 0.0, 2.0]]))
-    assert np.abs(found[:, :2]).max() < 1e-12
-    height = found[:, 2]
-    assert height.argmax() == middle and 0.3 < height[middle] < 2
-    assert height[middle] > height[middle + 2] > height[middle + 4] > 0
-
-
-def test_a_deeper_smile_moves_lips_alone_in_depth(head):
-    pytest.importorskip("scipy")
-    from scipy.sparse import csr_matrix
-
-    raw = flat(24)
-    matrix = csr_matrix((np.ones(468), (np.arange(468), np.arange(468))), (468, 576))
-    smile = np.random.default_rng(0).normal(size=(576, 3))
-    found = parallax.deeper_smile(raw, matrix, smile, lacking(smile=(marks.LIPS, -4.0)))
-    np.testing.assert_array_equal(found[:, :2], smile[:, :2])
-    assert (found - smile)[marks.LIPS, 2].mean() < -0.5
-    same = parallax.deeper_smile(raw, matrix, smile, replace(lacking(), smile=np.full(468, 3.0)))
-    np.testing.assert_allclose(same, smile, atol=1e-9)  # a common offset is no depth

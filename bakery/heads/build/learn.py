@@ -262,7 +262,7 @@ def smile_amounts(moves, smile):
     return np.tensordot(moves[:, MOUTH_CORNERS], corners, 2) / (corners**2).sum()
 
 
-def smile_field(raw, matrix, smile):
+def smile_field(raw, matrix, smile, stiffness=0.5, anchor=2e-3):
     """Spread a smile of the points over the control mesh, keeping the detail of the old shape.
 
     Args:
@@ -271,48 +271,35 @@ def smile_field(raw, matrix, smile):
     Returns:
         [V, 3] mm, both sides at weight 1.
     """
+    from scipy.sparse import coo_matrix, diags, identity
+    from scipy.sparse.linalg import spsolve
+
     old = sum(raw.expression[EXPRESSION_INDEX["mouthSmile" + side]] for side in ("Left", "Right"))
     points, before = matrix @ raw.mean, matrix @ old
     # The jaw does not rise in a smile: what lies under the lower lip fades out toward the chin.
     lip, chin = points[17, 1], points[152, 1]
     target = smile * np.clip((points[:, 1] - chin) / (lip - chin), 0, 1)[:, None]
     share = float((target * before[:, :2]).sum() / (before[:, :2] ** 2).sum())
-    quads = flesh_quads(raw)
+    chosen = np.isin(raw.parts, ["skin", "mouth_cavity", "eye_socket"])
+    quads = raw.quads[chosen]
     normal = matrix @ _normals(raw.mean, quads)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     outward = share * (before * normal).sum(1)
     facing = np.maximum(normal[:, 2], 0.45)
     depth = np.clip((outward - (target * normal[:, :2]).sum(1)) / facing, -6, 6)
     goal = np.concatenate([target, depth[:, None]], 1)
-    guess = share * old
-    out = guess + spread(raw, matrix, goal - matrix @ guess)
-    out[np.setdiff1d(np.arange(len(out)), quads)] = 0
-    return out
-
-
-def spread(raw, matrix, goal, stiffness=0.5, anchor=2e-3):
-    """Spread displacements of points smoothly over the flesh of the control mesh: [V, D].
-
-    Args:
-        raw: the prepared Raw; matrix: [N, V] reads the points from its vertices; goal: [N, D] mm.
-    """
-    from scipy.sparse import coo_matrix, diags, identity
-    from scipy.sparse.linalg import spsolve
-
-    quads, V = flesh_quads(raw), len(raw.mean)
+    V = len(raw.mean)
     sides = np.stack([quads, np.roll(quads, -1, axis=1)], -1).reshape(-1, 2)
     a = coo_matrix((np.ones(len(sides)), (sides[:, 0], sides[:, 1])), (V, V))
     a = ((a + a.T) > 0).astype(float).tocsr()
     degree = np.asarray(a.sum(1)).ravel()
     smooth = diags(1 / np.maximum(degree, 1)) @ a - identity(V)
     system = matrix.T @ matrix + stiffness * smooth.T @ smooth + anchor * identity(V)
-    out: np.ndarray = spsolve(system.tocsc(), matrix.T @ goal).reshape(V, -1)
+    guess = share * old
+    change = spsolve(system.tocsc(), matrix.T @ (goal - matrix @ guess))
+    out = guess + change
+    out[degree == 0] = 0
     return out
-
-
-def flesh_quads(raw):
-    """The quads of a Raw that expressions stretch: skin, cavity of the mouth, eye sockets."""
-    return raw.quads[np.isin(raw.parts, ["skin", "mouth_cavity", "eye_socket"])]
 
 
 def _normals(points, quads):

@@ -219,13 +219,14 @@ def prepare(raw, known):
     """
     raw = symmetric(raw)
     if "prior_mean" in known:
-        mean = known["prior_mean"] + known.get("depth", 0)
-        raw = learned_prior(raw, mean, known["prior_modes"])
+        raw = learned_prior(raw, known["prior_mean"], known["prior_modes"])
     else:
         raw = replace(raw, sliders=raw.sliders[:MODES])
     if "rest_expression" in known:
         shift = np.tensordot(known["rest_expression"].astype(float), raw.expression, 1)
         raw = replace(raw, mean=raw.mean + shift)
+    if "depth" in known:
+        raw = replace(raw, mean=raw.mean + known["depth"][:, None] * [0, 0, 1])
     raw = press_lips(shrug_upper(round_lips(raise_lids(close_lips(raw)))))
     return learned_smile(raw, known["smile"]) if "smile" in known else raw
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bakery import landmarks as marks
-from bakery.heads.build.learn import HELD, profile_rate, profile_vertices, spread
+from bakery.heads.build.learn import HELD, profile_rate, profile_vertices
 from bakery.heads.place import at_landmarks
 
 SEEN = np.setdiff1d(np.arange(marks.FACE), marks.PLAIN)
@@ -18,8 +18,6 @@ STEADY = np.setdiff1d(SEEN, marks.LIPS)  # what a smile moves least
 UNDER_NOSE = np.array([19, 94, 2, 97, 326])
 DEPTH = 1.5  # weight of the features' mean square depth, per mm2
 FIRM = 5.0  # of the profile's convexity, per mm2
-# Of how far lips of smiles lack depth: with all of it points of lips fit worse, and the lip lies flat.
-TAKEN = 0.5
 
 
 @dataclass(frozen=True)
@@ -29,19 +27,6 @@ class Depths:
     rest: np.ndarray  # [468] mm, in people who do not smile
     smile: np.ndarray  # [468] mm more in a smile of weight 1
     turned: float  # root mean square of the turns that told it, degrees
-
-
-def deeper_smile(raw, matrix, smile, depths):
-    """A smile [V, 3] mm whose lips go as far back as people's do.
-
-    Args:
-        raw: the prepared Raw; matrix: from `landmark_matrix`; smile: [V, 3] mm, both sides.
-    """
-    goal = np.zeros((marks.FACE, 1))
-    goal[marks.LIPS, 0] = TAKEN * (depths.smile[marks.LIPS] - depths.smile[STEADY].mean())
-    out = smile.copy()
-    out[:, 2:] += spread(raw, matrix[SEEN], goal[SEEN])
-    return out
 
 
 def depth_shift(head, depths):
