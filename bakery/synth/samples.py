@@ -134,7 +134,7 @@ def people(head):
                 hair="fringe", hair_color="black", grey=0.22, part=1.0, brow_density=0.8, lash_length=1.0,
                 lip_color=1.5, clothes="jacket", cloth_color=np.array([0.05, 0.045, 0.11]),
             ),
-            _scene(6, "studio", (0.42, 0.38, 0.34), light={"azimuth": 32.0}, yaw=6.0),
+            _scene(6, "studio", (0.42, 0.38, 0.34), STILL, light={"azimuth": 32.0}, yaw=6.0),
         ),
     }  # fmt: skip
 
