@@ -8,15 +8,18 @@ import numpy as np
 
 from bakery import landmarks as marks
 from bakery.geometry import camera as cameras
-from bakery.geometry import rotation
 from bakery.heads.build import learn, makehuman, parallax
+from bakery.heads.build.control import FLIP
 from bakery.heads.build.parallax import Depths
 from bakery.heads.place import offsets_from
 from bakery.stages.fit import FitOptions, Shape, landmark_fit, landmark_model, sideways
 from bakery.stages.fit.person import Shot
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS
 
-SIDEWAYS = ("mouthLeft", "mouthRight", "jawLeft", "jawRight")
+SIDEWAYS = [
+    EXPRESSION_INDEX[part + side] for part in ("mouth", "jaw") for side in ("Left", "Right")
+]
+SMILE = [EXPRESSION_INDEX["mouthSmile" + side] for side in ("Left", "Right")]
 
 
 def learn_depths(raw, known, points, sizes):
@@ -32,15 +35,20 @@ def learn_depths(raw, known, points, sizes):
     head = makehuman.build(raw, known=known)
     control = makehuman.prepare(raw, known)
     matrix, twin = learn.landmark_matrix(control, head), sideways.twins(head)
-    shift = parallax.depth_shift(head, missing_depths(head, points, sizes))
+    lacks = missing_depths(head, points, sizes)
+    shift = parallax.depth_shift(head, lacks)
     depth = np.tensordot(shift, control.sliders[..., 2].astype(float), 1)
     # Lids and eyeballs fit each other: the rest of the head moves.
     depth -= (matrix @ depth)[np.concatenate(marks.EYES)].mean()
     found = {**known, "depth": depth.astype(np.float32)}
     places = matrix @ makehuman.prepare(raw, found).mean
-    found["positions"] = ((places + places[twin] * [-1, 1, 1]) / 2).astype(np.float32)
+    found["positions"] = ((places + places[twin] * FLIP) / 2).astype(np.float32)
     moved = np.sqrt(((matrix @ depth)[parallax.SEEN] ** 2).mean())
-    return f"depth: features moved by {moved:.1f} mm", found
+    lips = lacks.smile[parallax.STEADY].mean() - lacks.smile[marks.LIPS].mean()
+    return (
+        f"depth: features moved by {moved:.1f} mm, told by turns of {lacks.turned:.1f} degrees; "
+        f"lips of smiles stand {lips:.1f} mm ahead"
+    ), found
 
 
 def fits_of(head, points, sizes):
@@ -68,21 +76,18 @@ def fits_of(head, points, sizes):
 
 def missing_depths(head, points, sizes):
     """What a head lacks in depth, from `fits_of` people: Depths. Both sides are taken alike."""
-    model, twin, even = (
-        landmark_model(head, FitOptions().modes),
-        sideways.twins(head),
-        even_weights(),
-    )
+    model, twin = landmark_model(head, FitOptions().modes), sideways.twins(head)
     aside, slope, smiling = [], [], []
     for face, camera, shape, _ in fits_of(head, points, sizes):
-        weights = even @ shape.expression
+        weights = shape.expression.copy()
+        weights[SIDEWAYS] = 0
         person = model.points(Shape(shape.identity, weights))
-        person = (person + person[twin] * [-1, 1, 1]) / 2
+        person = (person + person[twin] * FLIP) / 2
         side = side_of(camera)
         move = offsets_from(person, camera, face) @ side
         aside.append((move + move[twin]) / 2)
         slope.append(side[2])
-        smiling.append(weights[EXPRESSION_INDEX["mouthSmileLeft"]])
+        smiling.append(weights[SMILE].mean())
     slope = np.array(slope)
     rows = np.stack([np.ones(len(slope)), slope, slope * smiling], 1)
     _, rest, more = np.linalg.lstsq(rows, np.array(aside), rcond=None)[0]
@@ -114,23 +119,9 @@ def measure_turned(head, points, sizes):
     }
 
 
-def even_weights():
-    """Matrix [E, E] that gives both sides the mean of their weights and moves nothing to a side."""
-    out = np.eye(len(EXPRESSIONS))
-    for name in EXPRESSIONS:
-        if name in SIDEWAYS:
-            out[EXPRESSION_INDEX[name]] = 0
-        elif name.endswith("Left") and not name.startswith("eyeLook"):
-            pair = [
-                EXPRESSION_INDEX[name.removesuffix("Left") + side] for side in ("Left", "Right")
-            ]
-            out[np.ix_(pair, pair)] = 0.5
-    return out
-
-
 def side_of(camera):
     """Unit vector [3] in head space: the head's own x axis as the picture shows it."""
-    ahead = -rotation.matrix(camera.rotation).T @ camera.translation
+    ahead = cameras.position(camera)
     ahead /= np.linalg.norm(ahead)  # from the head to the camera
     side = np.array([1.0, 0, 0]) - ahead[0] * ahead
     unit: np.ndarray = side / np.linalg.norm(side)

@@ -84,17 +84,6 @@ def test_turned_faces_are_measured(head):
     assert flatter["turned: its correlation with the turn"] < -0.8
 
 
-def test_even_weights_turn_nothing_aside():
-    even = depths.even_weights()
-    weights = np.random.default_rng(0).uniform(size=len(EXPRESSIONS))
-    found = dict(zip(EXPRESSIONS, even @ weights))
-    assert found["mouthSmileLeft"] == pytest.approx(weights[SMILE].mean())
-    assert found["mouthSmileLeft"] == found["mouthSmileRight"]
-    assert found["mouthLeft"] == found["jawRight"] == 0
-    assert found["eyeLookInLeft"] == weights[EXPRESSION_INDEX["eyeLookInLeft"]]
-    np.testing.assert_allclose(even @ even, even)
-
-
 def lacking(**at):
     """Depths of a head that lacks something at some landmarks: name -> (points, mm)."""
     found = {"rest": np.zeros(468), "smile": np.zeros(468)}

@@ -139,31 +139,29 @@ def profile_shift(head):
         of Oral Surgery 38, 1980: facial convexity of adults 12 +- 4 degrees, 180 less the angle.
     """
     chosen = profile_vertices(head)
-    (brow, brow_z), (nose, nose_z), (chin, chin_z) = head.mean[chosen, 1:].astype(float)
-    share = (brow - nose) / (brow - chin)
-    basis = head.identity_basis.astype(float)
-    # How far the subnasale stands before the line from glabella to pogonion, now and by mode.
-    depth = nose_z - (1 - share) * brow_z - share * chin_z
-    modes = profile_rate(head, chosen)
+    brow, nose, chin = head.mean[chosen, 1].astype(float)
+    stands = profile_weights(head, chosen)
+    modes = head.identity_basis[:, chosen, 2].astype(float) @ stands
     # Both legs are steep: the angle lacks as much as the two slopes off that line, in radians.
     wanted = np.radians(180 - PROFILE) / (1 / (brow - nose) + 1 / (nose - chin))
-    near, weights = head.landmark_vertices[:FACE], head.landmark_barycentric[:FACE]
-    fronts = np.einsum("ilkc,lk->ilc", basis[:, near, :2], weights).reshape(len(basis), -1)
-    move = np.linalg.solve(np.eye(len(basis)) + HELD / FACE * fronts @ fronts.T, modes)
-    return (wanted - depth) / (modes @ move) * move
+    move = np.linalg.solve(cost_of_moves(head), modes)
+    return (wanted - head.mean[chosen, 2] @ stands) / (modes @ move) * move
 
 
-def profile_rate(head, chosen):
-    """How far each mode [I] moves the subnasale before the line from glabella to pogonion, mm.
-
-    Args:
-        chosen: from `profile_vertices`.
-    """
+def profile_weights(head, chosen):
+    """Weights [3] of the depths of `profile_vertices`: how far the subnasale stands before the line
+    from glabella to pogonion."""
     brow, nose, chin = head.mean[chosen, 1].astype(float)
     share = (brow - nose) / (brow - chin)
-    depth = head.identity_basis[:, chosen, 2].astype(float)
-    rate: np.ndarray = depth @ [share - 1, 1, -share]
-    return rate
+    return np.array([share - 1, 1, -share])
+
+
+def cost_of_moves(head):
+    """Matrix [I, I] of a move's squared standard deviations, and of what the front sees of it."""
+    _, basis, _ = at_landmarks(head)
+    fronts = basis[..., :2].reshape(len(basis), -1)
+    cost: np.ndarray = np.eye(len(basis)) + HELD / FACE * fronts @ fronts.T
+    return cost
 
 
 def _order(covariance, raw):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bakery import landmarks as marks
-from bakery.heads.build.learn import HELD, profile_rate, profile_vertices
+from bakery.heads.build.learn import cost_of_moves, profile_vertices, profile_weights
 from bakery.heads.place import at_landmarks
 
 SEEN = np.setdiff1d(np.arange(marks.FACE), marks.PLAIN)
@@ -43,8 +43,8 @@ def depth_shift(head, depths):
         weights[group] += 1 / len(group) / len(groups)
     wanted = depths.rest - weights @ depths.rest
     depth = basis[..., 2] - (basis[..., 2] @ weights)[:, None]
-    fronts = basis[..., :2].reshape(len(basis), -1)
-    profile = profile_rate(head, profile_vertices(head))
-    system = np.eye(len(basis)) + HELD / marks.FACE * fronts @ fronts.T
-    system += DEPTH * (depth * weights) @ depth.T + FIRM * np.outer(profile, profile)
-    return np.linalg.solve(system, DEPTH * (depth * weights) @ wanted)
+    chosen = profile_vertices(head)
+    profile = head.identity_basis[:, chosen, 2].astype(float) @ profile_weights(head, chosen)
+    cost = cost_of_moves(head) + FIRM * np.outer(profile, profile)
+    cost += DEPTH * (depth * weights) @ depth.T
+    return np.linalg.solve(cost, DEPTH * (depth * weights) @ wanted)
