@@ -12,6 +12,9 @@ WIDE = 8.0  # mm over which straight hair runs one way
 # Coherence of directions over WIDE from which hair is straight, and below which it is all curls; by
 # looking at 40 of 142 portraits of congress/train in the order of it.
 STRAIGHT, CURLY = 0.5, 0.3
+# mm: finer changes of brightness tell directions, and over what their strength is taken. Where hair is even
+# and dark, there is the noise of the photo alone, which runs no way.
+CONTRAST = 3.0, 4.0
 DETAIL = 7.0  # mm: wider changes of brightness are light and shadow
 INNER = 3.0  # mm from the outline of hair: nearer, it is mixed with what is behind
 # mm of the pieces that are put together; small ones where large ones are too few
@@ -38,7 +41,23 @@ def curliness(portrait: Portrait, angle: np.ndarray, sure: np.ndarray) -> float:
     blurred = cv2.GaussianBlur(double, (0, 0), WIDE * portrait.scale)
     mass = cv2.GaussianBlur(inner, (0, 0), WIDE * portrait.scale)
     coherence = np.hypot(blurred[..., 0], blurred[..., 1]) / np.maximum(mass, 1e-3)
-    return float(smoothstep(STRAIGHT, CURLY, np.median(coherence[inner > 0])))
+    light = _detail(portrait, inner, CONTRAST[0])
+    variance = normalized_blur(light**2, inner, CONTRAST[1] * portrait.scale)
+    return float(smoothstep(STRAIGHT, CURLY, _median(coherence[inner > 0], variance[inner > 0])))
+
+
+def _median(values: np.ndarray, weight: np.ndarray) -> float:
+    """The value [n] up to which half of the weight [n] lies."""
+    order = np.argsort(values)
+    half = np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)
+    return float(values[order][min(half, len(order) - 1)])
+
+
+def _detail(portrait: Portrait, hair: np.ndarray, mm: float) -> np.ndarray:
+    """Log brightness [H, W] of hair [H, W] 0..1, without what changes over more than so many mm."""
+    gray = np.log(np.maximum(portrait.color @ LUMA.astype(np.float32), 2e-3)).astype(np.float32)
+    detail: np.ndarray = gray - normalized_blur(gray, hair, mm * portrait.scale)
+    return detail
 
 
 def _inner(portrait: Portrait) -> np.ndarray:
@@ -85,9 +104,7 @@ def take_curls(portrait: Portrait, share: float = 1.0, seed: int = 5) -> Curls |
         that fit what is there already, one after another; here their overlaps are faded, not cut.
     """
     scale = portrait.scale
-    gray = np.log(np.maximum(portrait.color @ LUMA.astype(np.float32), 2e-3)).astype(np.float32)
-    hair = (portrait.hair > 0.95).astype(np.float32)
-    detail = gray - normalized_blur(gray, hair, DETAIL * scale)
+    detail = _detail(portrait, (portrait.hair > 0.95).astype(np.float32), DETAIL)
     inner = _inner(portrait)
     for patch in (round(mm * scale) for mm in PATCHES):
         rows, columns = _places(inner, patch)

@@ -23,7 +23,7 @@ UNLIKE = 0.3  # distance of sRGB colours of skin and of hair that is surely no b
 EVEN = 3.5, 35.0  # mm over which a patch, and the hair around it, has its tone
 # Cosine to the camera: patches are left as they are from the first on, and evened up to the second.
 EVENED = 0.9, 0.5
-PATCHY = 0.05, 0.02  # log brightness, and tint, by which they differ from what is around then
+PATCHY = 0.2, 0.03  # log brightness, and tint, by which they differ from what is around then
 FADES = 8.0  # mm over which the photo fades out where it ends to show hair
 # Of what is around that it shows: none of it is taken up to the first, all from the second on.
 FADED = 0.35, 0.85

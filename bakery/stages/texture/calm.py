@@ -59,6 +59,9 @@ BELOW, BESIDE = 3.0, (20.0, 12.0)
 # mm: half the width of the widest hollow, the blur by which folds are none, and above the nose's
 # base, where none is filled and where all are. Of the logarithm: how deep one may be, and what of it stays.
 HOLLOW, HOLLOW_SOFT, HOLLOW_BELOW, DEEP, FAINT = 15.0, 2.5, (18.0, 4.0), 0.45, 0.015
+# mm: half the width of the widest crease in a beard, the blur by which hairs are none, and outward from a
+# corner of the mouth, where none is filled and where all are: moustache and goatee are as narrow.
+CREASE, CREASE_SOFT, ASIDE = 7.0, 1.2, (6.0, 14.0)
 # Above the lip: how much larger its ring is, of its shade what is filled, and mm: from lips and nose, where
 # none is and where all is, and the same below the nose's base.
 UPPER_LIP, SHADE, OFF_LIPS, OFF_NOSE, UNDER_NOSE = 1.15, 0.9, (0.5, 3.0), (0.5, 2.5), (1.0, -3.0)
@@ -84,7 +87,8 @@ def calmed(
     window = around(weight > 0, 0)
     log = np.log(np.maximum(on_skin.paint(colors.astype(np.float32))[window], DARK))
     beard, shaven = _beard(head, on_skin, log, weight, window, texel)
-    weight = (share * weight * on_skin.paint(plain))[window] * (1 - beard)
+    whole = share * weight * on_skin.paint(plain)
+    weight = whole[window] * (1 - beard)
     change, fine, known = np.zeros_like(log), log, (weight > 0).astype(np.float32)
     for width, *most in OCTAVES:
         coarse = normalized_blur(log, known, width / texel)
@@ -98,6 +102,7 @@ def calmed(
     factor[window] = np.exp(change * weight[..., None])
     made = colors * factor.reshape(-1, 3)[on_skin.index]
     made = _without_hollows(made, weight, window, head, on_skin, texel)
+    made = _without_creases(made, whole[window] * beard, window, head, on_skin, texel)
     return _without_shade(made, plain, head, on_skin, share * shaven, texel)
 
 
@@ -116,6 +121,21 @@ def _without_hollows(colors, weight, window, head, on_skin, texel):
     rows = np.flatnonzero(share > 0)
     where = rows, share[rows], texel
     return levelled(colors, on_skin, where, 1.0, HOLLOW, DEEP, HOLLOW_SOFT, FAINT)
+
+
+def _without_creases(colors, weight, window, head, on_skin, texel):
+    """Colours [N, 3] of a beard without the creases that a smile cuts into its sides, from cheek to jaw.
+
+    Args:
+        weight: [h, w] 0..1 in the window, how far each texel may change.
+    """
+    corner = np.abs(head.landmarks(head.mean)[marks.MOUTH_CORNERS, 0]).mean()
+    share = np.zeros((on_skin.size, on_skin.size), np.float32)
+    share[window] = weight
+    aside = np.abs(on_skin.at(head.mean)[:, 0]) - corner
+    share = share.reshape(-1)[on_skin.index] * smoothstep(*ASIDE, aside)
+    rows = np.flatnonzero(share > 0)
+    return levelled(colors, on_skin, (rows, share[rows], texel), 1.0, CREASE, DEEP, CREASE_SOFT)
 
 
 def _without_shade(colors, plain, head, on_skin, share, texel):
