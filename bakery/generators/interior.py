@@ -24,6 +24,9 @@ RELIEF = 2.5  # mm: coarser shading of teeth is the network's own to say
 # 0.79 of the photo's at 1, 0.85 at 1.5, 0.90 at 2, for 0.09 and 0.21 dB.
 EDGES = 1.5
 LIDS, LIPS = 1.1, 5.0  # mm over which lids and lips shade what is behind them
+# mm that teeth stood farther behind the lips when the weights were trained: in brighter shade than that
+# they paint them too bright (docs/log-heads.md).
+SET_BACK = 6.0
 AMBIENT = 0.45  # share of the light that comes from everywhere
 
 
@@ -125,7 +128,7 @@ def _between_lips(mouth, behind, per_mm):
     opening = mouth.astype(np.float32)
     near = cv2.GaussianBlur(opening, (0, 0), max(1.2 * per_mm, 0.6))
     far = cv2.GaussianBlur(opening, (0, 0), max(LIPS * per_mm, 1.0))
-    deep = 1 / (1 + (np.maximum(behind, 0) / 17.0) ** 2)
+    deep = 1 / (1 + (np.maximum(behind + SET_BACK, 0) / 17.0) ** 2)
     return (
         (0.55 + 0.45 * smoothstep(0.25, 0.95, near)) * (0.75 + 0.25 * smoothstep(0.1, 0.6, far)) * deep
     )  # fmt: skip

@@ -23,7 +23,7 @@ SMILE = [EXPRESSION_INDEX["mouthSmile" + side] for side in ("Left", "Right")]
 
 
 def learn_depths(raw, known, points, sizes):
-    """Give the mean of the default head the depth that turned faces show.
+    """Give the mean of the default head, and its smile, the depth that turned faces show.
 
     Args:
         raw: Raw, from `heads.build.wheel.read_wheel`; known: what `recipe.learn_all` found.
@@ -40,7 +40,9 @@ def learn_depths(raw, known, points, sizes):
     depth = np.tensordot(shift, control.sliders[..., 2].astype(float), 1)
     # Lids and eyeballs fit each other: the rest of the head moves.
     depth -= (matrix @ depth)[np.concatenate(marks.EYES)].mean()
-    found = {**known, "depth": depth.astype(np.float32)}
+    smile = known["smile"].copy()
+    smile[:, 2] += parallax.smile_depth(control, matrix, lacks)
+    found = {**known, "depth": depth.astype(np.float32), "smile": smile}
     places = matrix @ makehuman.prepare(raw, found).mean
     found["positions"] = ((places + places[twin] * FLIP) / 2).astype(np.float32)
     moved = np.sqrt(((matrix @ depth)[parallax.SEEN] ** 2).mean())

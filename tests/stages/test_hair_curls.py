@@ -49,6 +49,16 @@ def test_stripes_are_straight_and_spots_are_curls(head, fit):  # noqa: F811
     assert curliness(nothing, *directions.photographed(nothing)) == 0
 
 
+def test_noise_in_even_hair_is_no_curls(head, fit):  # noqa: F811
+    """Hair combed back: strands where light falls on it, the photo's noise where it is even and dark."""
+    even = np.arange(SIDE) > 0.45 * SIDE
+    pattern = np.where(even[None], 0.05 * blobs(1.0), stripes())
+    _, _, portrait = portrait_of(pattern, head, fit)
+    assert curliness(portrait, *directions.photographed(portrait)) < 0.1
+    portrait = portrait_of(0.05 * blobs(1.0), head, fit)[2]
+    assert curliness(portrait, *directions.photographed(portrait)) > 0.5
+
+
 def test_a_tile_repeats_without_a_seam():
     field = blobs(3.0)
     rng = np.random.default_rng(1)

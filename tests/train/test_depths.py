@@ -1,7 +1,10 @@
 """Depth that turned faces show, on faces projected from known heads."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from scipy.sparse import csr_matrix
 
 from bakery import landmarks as marks
 from bakery.geometry import camera as cameras
@@ -99,3 +102,35 @@ def test_the_mean_gets_the_depth_and_keeps_its_front(head):
     eyes = np.concatenate(marks.EYES)
     assert 0.2 < moved[NOSE, 2].mean() - moved[eyes, 2].mean() < 5
     assert np.sqrt((moved[:468, :2] ** 2).sum(1).mean()) < 0.5
+
+
+def test_a_smile_goes_back_as_far_as_it_may():
+    """On a plane with lips in its middle: half of what they lack, smoothly, and nothing far away."""
+    side = 40
+    y, x = np.mgrid[:side, :side].reshape(2, -1)
+    number = np.arange(side * side).reshape(side, side)
+    quads = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]], -1)
+    quads = np.concatenate([quads.reshape(-1, 4), side * side + np.arange(4)[None]])
+    raw = SimpleNamespace(
+        mean=np.zeros((side * side + 4, 3)),
+        quads=quads,
+        parts=np.array(["skin"] * (len(quads) - 1) + ["teeth_upper"]),
+    )
+    far = np.hypot(x - side / 2, y - side / 2)
+    order = np.argsort(far, kind="stable")
+    rng = np.random.default_rng(0)
+    where = np.zeros(marks.FACE, int)
+    where[marks.LIPS] = order[: len(marks.LIPS)]
+    others = np.setdiff1d(np.arange(marks.FACE), marks.LIPS)
+    where[others] = rng.permutation(order[300:])[: len(others)]
+    matrix = csr_matrix(
+        (np.ones(marks.FACE), (np.arange(marks.FACE), where)), (marks.FACE, len(raw.mean))
+    )
+    move = parallax.smile_depth(raw, matrix, lacking(smile=(marks.LIPS, -6.0)))
+    wanted = -6.0 * parallax.SMILE
+    assert move[where[marks.LIPS]].mean() == pytest.approx(wanted, rel=0.25)
+    assert np.abs(move[: side * side][far > 15]).max() < 0.1 * abs(wanted)
+    # Smooth: no step between neighbours is as large as the whole.
+    assert np.abs(np.diff(move[: side * side].reshape(side, side))).max() < 0.6 * abs(wanted)
+    assert (move[side * side :] == 0).all(), "teeth do not smile"
+    assert (parallax.smile_depth(raw, matrix, lacking()) == 0).all()

@@ -200,6 +200,7 @@ HELPERS = (
     "eyeSquintRight eyeWideLeft eyeWideRight browInnerUp browDownLeft browDownRight "
     "browOuterUpLeft browOuterUpRight cheekSquintLeft cheekSquintRight"
 ).split()
+SOFT = ("skin", "mouth_cavity", "eye_socket")  # parts that an expression moves smoothly
 TOOTHY = 0.85  # mean weight that the wide smiles shall have
 
 
@@ -269,7 +270,7 @@ def smile_field(raw, matrix, smile, stiffness=0.5, anchor=2e-3):
     Returns:
         [V, 3] mm, both sides at weight 1.
     """
-    from scipy.sparse import coo_matrix, diags, identity
+    from scipy.sparse import identity
     from scipy.sparse.linalg import spsolve
 
     old = sum(raw.expression[EXPRESSION_INDEX["mouthSmile" + side]] for side in ("Left", "Right"))
@@ -278,26 +279,31 @@ def smile_field(raw, matrix, smile, stiffness=0.5, anchor=2e-3):
     lip, chin = points[17, 1], points[152, 1]
     target = smile * np.clip((points[:, 1] - chin) / (lip - chin), 0, 1)[:, None]
     share = float((target * before[:, :2]).sum() / (before[:, :2] ** 2).sum())
-    chosen = np.isin(raw.parts, ["skin", "mouth_cavity", "eye_socket"])
-    quads = raw.quads[chosen]
+    quads = raw.quads[np.isin(raw.parts, SOFT)]
     normal = matrix @ _normals(raw.mean, quads)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     outward = share * (before * normal).sum(1)
     facing = np.maximum(normal[:, 2], 0.45)
     depth = np.clip((outward - (target * normal[:, :2]).sum(1)) / facing, -6, 6)
     goal = np.concatenate([target, depth[:, None]], 1)
-    V = len(raw.mean)
+    smooth, there = smoothness(raw)
+    system = matrix.T @ matrix + stiffness * smooth.T @ smooth + anchor * identity(len(raw.mean))
+    guess = share * old
+    change = spsolve(system.tocsc(), matrix.T @ (goal - matrix @ guess))
+    return np.where(there[:, None], guess + change, 0)
+
+
+def smoothness(raw):
+    """How far each vertex of the soft parts is from the mean of its neighbours: a sparse [V, V], and
+    which vertices are of them [V] bool."""
+    from scipy.sparse import coo_matrix, diags, identity
+
+    V, quads = len(raw.mean), raw.quads[np.isin(raw.parts, SOFT)]
     sides = np.stack([quads, np.roll(quads, -1, axis=1)], -1).reshape(-1, 2)
     a = coo_matrix((np.ones(len(sides)), (sides[:, 0], sides[:, 1])), (V, V))
     a = ((a + a.T) > 0).astype(float).tocsr()
     degree = np.asarray(a.sum(1)).ravel()
-    smooth = diags(1 / np.maximum(degree, 1)) @ a - identity(V)
-    system = matrix.T @ matrix + stiffness * smooth.T @ smooth + anchor * identity(V)
-    guess = share * old
-    change = spsolve(system.tocsc(), matrix.T @ (goal - matrix @ guess))
-    out = guess + change
-    out[degree == 0] = 0
-    return out
+    return diags(1 / np.maximum(degree, 1)) @ a - identity(V), degree > 0
 
 
 def _normals(points, quads):

@@ -21,7 +21,7 @@ ROWS = 14
 ROUNDED = {
     "mouthPucker": (0.28, 0.5, 1.5),
     "mouthFunnel": (0.23, 1.5, 0.0),
-    "mouthRollUpper": (0.0, 1.2, 0.0),
+    "mouthRollUpper": (0.0, 3.2, 0.0),
 }
 # Narrower lips are fuller, for flesh has to go somewhere: shape -> mm that the border of the upper
 # and of the lower lip moves away from the contour between them.

@@ -129,19 +129,20 @@ def piece(raw, name, follow, box):
     )
 
 
-# Fitted to the cheek side of MakeHuman's tooth bands; the lower jaw bites inside the upper. They
-# stand like this where the lips meet at LIPS, and go with the lips of the mean head.
+# Teeth lie close behind the lips, and their arch is round in front: as photos of smiles show them best
+# (docs/log-heads.md); MakeHuman's tooth bands are flat there, and 3.5 mm farther back. The lower jaw bites
+# inside the upper. They stand like this where the lips meet at LIPS, and go with the lips of the mean head.
 SCALE = 0.93  # its head is a little smaller than the averages the crowns come from
 LIPS = np.array([-63.89, 24.53])  # mm, y and z
 ARCHES = {
-    "upper": Arch(17.0, 0.00523, 3.23e-5, -66.9, -0.118, -1, SCALE, 1.1),
-    "lower": Arch(14.2, 0.00549, 4.04e-5, -64.9, -0.118, 1, SCALE),
+    "upper": Arch(20.5, 0.0165, 4.1e-5, -66.9, -0.118, -1, SCALE, 1.1),
+    "lower": Arch(17.7, 0.0220, 3.2e-5, -64.9, -0.118, 1, SCALE),
 }
 # Share of the source's ball, which reaches through the lids: the rims lie at 0.82 to 0.95 of it.
 BALL = 0.875
 IRIS = 23.6  # degrees; 5.6 mm
-TONGUE_SHIFT = np.array([0.0, 0.5, -5.6])  # mm, off the lower incisors
-TONGUE_WIDTH = 0.97  # of the source's, off the lower side teeth
+TONGUE_SHIFT = np.array([0.0, 0.5, -5.0])  # mm, off the lower incisors
+TONGUE_WIDTH = 0.85  # of the source's, off the lower side teeth
 DOMES = {"upper": 12.0, "lower": 5.0}
 
 
