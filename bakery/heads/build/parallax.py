@@ -58,9 +58,9 @@ def depth_shift(head, depths):
 
 
 def smile_depth(raw, matrix, depths):
-    """How far a smile of weight 1 moves the control mesh back in depth, beside what it does: [V] mm.
+    """What a smile of weight 1 moves the control mesh in depth by, beside what it does: [V] mm, forward.
 
-    Lips of a smile lie on the teeth. From the front that is not seen, and the source's stand off them.
+    Lips of a smile lie near the teeth. From the front that is not seen, and the source's stand off them.
 
     Args:
         raw: the prepared Raw; matrix: from `learn.landmark_matrix`.
