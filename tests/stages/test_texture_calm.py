@@ -98,7 +98,7 @@ def test_a_crease_beside_a_beard_goes(head, face):
     mouth = head.landmarks(head.mean)[MOUTH_CORNERS, 1].mean()
     lower, bearded = np.abs(places[:, 1] - mouth + 18) < 8, places[:, 1] < mouth
     grown = streaks(places, 0.02) * np.where(bearded[:, None], hairs, 1)
-    for at, part in ((corner + calm.ASIDE[1] + 2, 1.0), (corner - 8, 0.0)):
+    for at, goes in ((corner + calm.ASIDE[1] + 2, True), (corner - 8, False)):
         off = np.abs(np.abs(places[:, 0]) - at)
         dark = grown * np.exp(-0.4 * np.exp(-((off / 3) ** 2)))[:, None].astype(np.float32)
         line = lower & (off < 1) & (weight > 0.8)
@@ -108,7 +108,7 @@ def test_a_crease_beside_a_beard_goes(head, face):
             for x in (dark, grown)
         )
         depth = float((found - left).mean())  # what the line adds, beside what hairs get anyway
-        assert (depth < 0.2) if part else (depth > 0.33), depth
+        assert (depth < 0.2) if goes else (depth > 0.33), depth
 
 
 def test_a_fold_above_the_lip_is_no_beard(head, face):

@@ -1,7 +1,5 @@
 """Depth that turned faces show, on faces projected from known heads."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
@@ -9,7 +7,8 @@ from scipy.sparse import csr_matrix
 from bakery import landmarks as marks
 from bakery.geometry import camera as cameras
 from bakery.geometry import rotation
-from bakery.heads.build import parallax
+from bakery.heads.build import learn, parallax
+from bakery.heads.build.wheel import Raw
 from bakery.train import depths
 from bakery.types import EXPRESSION_INDEX, EXPRESSIONS, Camera
 
@@ -104,18 +103,35 @@ def test_the_mean_gets_the_depth_and_keeps_its_front(head):
     assert np.sqrt((moved[:468, :2] ** 2).sum(1).mean()) < 0.5
 
 
+def flat(side):
+    """A control mesh: a square of quads of skin, 1 mm apart, and one quad of teeth off it."""
+    y, x = np.mgrid[:side, :side].reshape(2, -1).astype(float)
+    corner = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()
+    quads = np.stack([corner, corner + 1, corner + side + 1, corner + side], 1)
+    quads = np.concatenate([quads, side * side + np.arange(4)[None]])
+    points = np.concatenate([np.stack([x, y, 0 * x], 1), np.zeros((4, 3))])
+    none = np.zeros((0, len(points), 3))
+    parts = np.array(["skin"] * (len(quads) - 1) + ["teeth_upper"])
+    return Raw(points, points, quads, parts, points[:, :2], quads, none, none)
+
+
+def test_displacements_of_points_spread_smoothly():
+    raw = flat(12)
+    middle = 12 * 6 + 6
+    matrix = csr_matrix(([1.0], ([0], [middle])), (1, len(raw.mean)))
+    found = learn.spread(raw, matrix, np.array([[0.0, 0.0, 2.0]]))
+    assert np.abs(found[:, :2]).max() < 1e-12
+    height = found[:, 2]
+    assert height.argmax() == middle and 0.3 < height[middle] < 2
+    assert height[middle] > height[middle + 2] > height[middle + 4] > 0
+    assert (height[12 * 12 :] == 0).all(), "teeth are no flesh"
+
+
 def test_a_smile_goes_back_as_far_as_it_may():
     """On a plane with lips in its middle: half of what they lack, smoothly, and nothing far away."""
     side = 40
-    y, x = np.mgrid[:side, :side].reshape(2, -1)
-    number = np.arange(side * side).reshape(side, side)
-    quads = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]], -1)
-    quads = np.concatenate([quads.reshape(-1, 4), side * side + np.arange(4)[None]])
-    raw = SimpleNamespace(
-        mean=np.zeros((side * side + 4, 3)),
-        quads=quads,
-        parts=np.array(["skin"] * (len(quads) - 1) + ["teeth_upper"]),
-    )
+    raw = flat(side)
+    x, y = raw.mean[: side * side, :2].T
     far = np.hypot(x - side / 2, y - side / 2)
     order = np.argsort(far, kind="stable")
     rng = np.random.default_rng(0)

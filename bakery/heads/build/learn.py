@@ -200,7 +200,6 @@ HELPERS = (
     "eyeSquintRight eyeWideLeft eyeWideRight browInnerUp browDownLeft browDownRight "
     "browOuterUpLeft browOuterUpRight cheekSquintLeft cheekSquintRight"
 ).split()
-SOFT = ("skin", "mouth_cavity", "eye_socket")  # parts that an expression moves smoothly
 TOOTHY = 0.85  # mean weight that the wide smiles shall have
 
 
@@ -261,7 +260,7 @@ def smile_amounts(moves, smile):
     return np.tensordot(moves[:, MOUTH_CORNERS], corners, 2) / (corners**2).sum()
 
 
-def smile_field(raw, matrix, smile, stiffness=0.5, anchor=2e-3):
+def smile_field(raw, matrix, smile):
     """Spread a smile of the points over the control mesh, keeping the detail of the old shape.
 
     Args:
@@ -270,40 +269,48 @@ def smile_field(raw, matrix, smile, stiffness=0.5, anchor=2e-3):
     Returns:
         [V, 3] mm, both sides at weight 1.
     """
-    from scipy.sparse import identity
-    from scipy.sparse.linalg import spsolve
-
     old = sum(raw.expression[EXPRESSION_INDEX["mouthSmile" + side]] for side in ("Left", "Right"))
     points, before = matrix @ raw.mean, matrix @ old
     # The jaw does not rise in a smile: what lies under the lower lip fades out toward the chin.
     lip, chin = points[17, 1], points[152, 1]
     target = smile * np.clip((points[:, 1] - chin) / (lip - chin), 0, 1)[:, None]
     share = float((target * before[:, :2]).sum() / (before[:, :2] ** 2).sum())
-    quads = raw.quads[np.isin(raw.parts, SOFT)]
+    quads = flesh_quads(raw)
     normal = matrix @ _normals(raw.mean, quads)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     outward = share * (before * normal).sum(1)
     facing = np.maximum(normal[:, 2], 0.45)
     depth = np.clip((outward - (target * normal[:, :2]).sum(1)) / facing, -6, 6)
     goal = np.concatenate([target, depth[:, None]], 1)
-    smooth, there = smoothness(raw)
-    system = matrix.T @ matrix + stiffness * smooth.T @ smooth + anchor * identity(len(raw.mean))
     guess = share * old
-    change = spsolve(system.tocsc(), matrix.T @ (goal - matrix @ guess))
-    return np.where(there[:, None], guess + change, 0)
+    out = guess + spread(raw, matrix, goal - matrix @ guess)
+    out[np.setdiff1d(np.arange(len(out)), quads)] = 0
+    return out
 
 
-def smoothness(raw):
-    """How far each vertex of the soft parts is from the mean of its neighbours: a sparse [V, V], and
-    which vertices are of them [V] bool."""
+def spread(raw, matrix, goal, stiffness=0.5, anchor=2e-3):
+    """Spread displacements of points smoothly over the flesh of the control mesh: [V, D], 0 elsewhere.
+
+    Args:
+        raw: the prepared Raw; matrix: [N, V] reads the points from its vertices; goal: [N, D] mm.
+    """
     from scipy.sparse import coo_matrix, diags, identity
+    from scipy.sparse.linalg import spsolve
 
-    V, quads = len(raw.mean), raw.quads[np.isin(raw.parts, SOFT)]
+    quads, V = flesh_quads(raw), len(raw.mean)
     sides = np.stack([quads, np.roll(quads, -1, axis=1)], -1).reshape(-1, 2)
     a = coo_matrix((np.ones(len(sides)), (sides[:, 0], sides[:, 1])), (V, V))
     a = ((a + a.T) > 0).astype(float).tocsr()
     degree = np.asarray(a.sum(1)).ravel()
-    return diags(1 / np.maximum(degree, 1)) @ a - identity(V), degree > 0
+    smooth = diags(1 / np.maximum(degree, 1)) @ a - identity(V)
+    system = matrix.T @ matrix + stiffness * smooth.T @ smooth + anchor * identity(V)
+    out: np.ndarray = spsolve(system.tocsc(), matrix.T @ goal).reshape(V, -1)
+    return out
+
+
+def flesh_quads(raw):
+    """The quads of a Raw that expressions stretch: skin, cavity of the mouth, eye sockets."""
+    return raw.quads[np.isin(raw.parts, ["skin", "mouth_cavity", "eye_socket"])]
 
 
 def _normals(points, quads):

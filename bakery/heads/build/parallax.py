@@ -9,12 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bakery import landmarks as marks
-from bakery.heads.build.learn import (
-    cost_of_moves,
-    profile_vertices,
-    profile_weights,
-    smoothness,
-)
+from bakery.heads.build.learn import cost_of_moves, profile_vertices, profile_weights, spread
 from bakery.heads.place import at_landmarks
 
 SEEN = np.setdiff1d(np.arange(marks.FACE), marks.PLAIN)
@@ -22,7 +17,6 @@ STEADY = np.setdiff1d(SEEN, marks.LIPS)  # what a smile moves least
 # The front sees what they lie on edge-on, so where on it was a guess: they tell nothing of depth.
 UNDER_NOSE = np.array([19, 94, 2, 97, 326])
 SMILE = 0.5  # of what a smile's lips lack: with all of it the corners of a single-sided one reach the teeth
-STIFF, ANCHOR = 0.5, 2e-3  # of a smile's move in depth: that it is smooth, and that it is small
 DEPTH = 1.5  # weight of the features' mean square depth, per mm2
 FIRM = 5.0  # of the profile's convexity, per mm2
 
@@ -65,14 +59,6 @@ def smile_depth(raw, matrix, depths):
     Args:
         raw: the prepared Raw; matrix: from `learn.landmark_matrix`.
     """
-    from scipy.sparse import diags, identity
-    from scipy.sparse.linalg import spsolve
-
-    wanted = np.zeros(marks.FACE)
-    wanted[marks.LIPS] = SMILE * (depths.smile[marks.LIPS] - depths.smile[STEADY].mean())
-    asked = np.isin(np.arange(marks.FACE), np.union1d(SEEN, marks.LIPS)).astype(float)
-    smooth, there = smoothness(raw)
-    system = matrix.T @ diags(asked) @ matrix + STIFF * smooth.T @ smooth
-    system = system + ANCHOR * identity(len(raw.mean))
-    move = spsolve(system.tocsc(), matrix.T @ (asked * wanted))
-    return np.where(there, move, 0)
+    wanted = np.zeros((marks.FACE, 1))
+    wanted[marks.LIPS, 0] = SMILE * (depths.smile[marks.LIPS] - depths.smile[STEADY].mean())
+    return spread(raw, matrix[SEEN], wanted[SEEN])[:, 0]

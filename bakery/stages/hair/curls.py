@@ -15,6 +15,7 @@ STRAIGHT, CURLY = 0.5, 0.3
 # mm: finer changes of brightness tell directions, and over what their strength is taken. Where hair is even
 # and dark, there is the noise of the photo alone, which runs no way.
 CONTRAST = 3.0, 4.0
+FLAT = 1e-9  # variance that hair of one colour counts with
 DETAIL = 7.0  # mm: wider changes of brightness are light and shadow
 INNER = 3.0  # mm from the outline of hair: nearer, it is mixed with what is behind
 # mm of the pieces that are put together; small ones where large ones are too few
@@ -42,15 +43,9 @@ def curliness(portrait: Portrait, angle: np.ndarray, sure: np.ndarray) -> float:
     mass = cv2.GaussianBlur(inner, (0, 0), WIDE * portrait.scale)
     coherence = np.hypot(blurred[..., 0], blurred[..., 1]) / np.maximum(mass, 1e-3)
     light = _detail(portrait, inner, CONTRAST[0])
-    variance = normalized_blur(light**2, inner, CONTRAST[1] * portrait.scale)
-    return float(smoothstep(STRAIGHT, CURLY, _median(coherence[inner > 0], variance[inner > 0])))
-
-
-def _median(values: np.ndarray, weight: np.ndarray) -> float:
-    """The value [n] up to which half of the weight [n] lies."""
-    order = np.argsort(values)
-    half = np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)
-    return float(values[order][min(half, len(order) - 1)])
+    variance = normalized_blur(light**2, inner, CONTRAST[1] * portrait.scale)[inner > 0]
+    median = np.quantile(coherence[inner > 0], 0.5, weights=variance + FLAT, method="inverted_cdf")
+    return float(smoothstep(STRAIGHT, CURLY, median))
 
 
 def _detail(portrait: Portrait, hair: np.ndarray, mm: float) -> np.ndarray:

@@ -87,8 +87,8 @@ def calmed(
     window = around(weight > 0, 0)
     log = np.log(np.maximum(on_skin.paint(colors.astype(np.float32))[window], DARK))
     beard, shaven = _beard(head, on_skin, log, weight, window, texel)
-    whole = share * weight * on_skin.paint(plain)
-    weight = whole[window] * (1 - beard)
+    whole = (share * weight * on_skin.paint(plain))[window]
+    weight = whole * (1 - beard)
     change, fine, known = np.zeros_like(log), log, (weight > 0).astype(np.float32)
     for width, *most in OCTAVES:
         coarse = normalized_blur(log, known, width / texel)
@@ -101,39 +101,39 @@ def calmed(
     factor = np.ones(on_skin.size * on_skin.size * 3, np.float32).reshape(on_skin.size, -1, 3)
     factor[window] = np.exp(change * weight[..., None])
     made = colors * factor.reshape(-1, 3)[on_skin.index]
-    made = _without_hollows(made, weight, window, head, on_skin, texel)
-    made = _without_creases(made, whole[window] * beard, window, head, on_skin, texel)
+
+    def at(part):
+        """Values in the window as values of all texels [N], 0 outside."""
+        grid = np.zeros((on_skin.size, on_skin.size), np.float32)
+        grid[window] = part
+        return grid.reshape(-1)[on_skin.index]
+
+    made = _without_hollows(made, at(weight), head, on_skin, texel)
+    made = _without_creases(made, at(whole * beard), head, on_skin, texel)
     return _without_shade(made, plain, head, on_skin, share * shaven, texel)
 
 
-def _without_hollows(colors, weight, window, head, on_skin, texel):
+def _without_hollows(colors, share, head, on_skin, texel):
     """Colours [N, 3] without the wide dark places that the shade of a smile leaves from the nose down.
 
     Args:
-        weight: [h, w] 0..1 in the window, how far each texel may change.
+        share: [N] 0..1, how far each texel may change.
     """
     nose = head.landmarks(head.mean)[marks.NOSE_BASE[0], 1]
-    share = np.zeros((on_skin.size, on_skin.size), np.float32)
-    share[window] = weight
-    share = share.reshape(-1)[on_skin.index] * smoothstep(
-        *HOLLOW_BELOW, on_skin.at(head.mean)[:, 1] - nose
-    )
+    share = share * smoothstep(*HOLLOW_BELOW, on_skin.at(head.mean)[:, 1] - nose)
     rows = np.flatnonzero(share > 0)
     where = rows, share[rows], texel
     return levelled(colors, on_skin, where, 1.0, HOLLOW, DEEP, HOLLOW_SOFT, FAINT)
 
 
-def _without_creases(colors, weight, window, head, on_skin, texel):
+def _without_creases(colors, share, head, on_skin, texel):
     """Colours [N, 3] of a beard without the creases that a smile cuts into its sides, from cheek to jaw.
 
     Args:
-        weight: [h, w] 0..1 in the window, how far each texel may change.
+        share: [N] 0..1, how far each texel may change.
     """
     corner = np.abs(head.landmarks(head.mean)[marks.MOUTH_CORNERS, 0]).mean()
-    share = np.zeros((on_skin.size, on_skin.size), np.float32)
-    share[window] = weight
-    aside = np.abs(on_skin.at(head.mean)[:, 0]) - corner
-    share = share.reshape(-1)[on_skin.index] * smoothstep(*ASIDE, aside)
+    share = share * smoothstep(*ASIDE, np.abs(on_skin.at(head.mean)[:, 0]) - corner)
     rows = np.flatnonzero(share > 0)
     return levelled(colors, on_skin, (rows, share[rows], texel), 1.0, CREASE, DEEP, CREASE_SOFT)
 
