@@ -32,8 +32,8 @@ from bakery.heads.base import MOUTH, HeadModel
 from bakery.landmarks import LIPS_INNER
 from bakery.runtime.render import GRAY
 from bakery.stages.condition import shrunk
+from bakery.stages.face_frame import blotted
 from bakery.stages.texture.teeth import seen_teeth
-from bakery.train.interiors import blotted
 
 OPEN = 0.08  # of the mouth's width: lips so far apart show teeth, mostly
 WAYS = ("hidden", "shown", "geometry", "placed")

@@ -4,9 +4,13 @@ import cv2
 import numpy as np
 
 from bakery.geometry import camera as cameras
+from bakery.geometry.color import to_encoded
 from bakery.heads.base import HeadModel
+from bakery.landmarks import LIPS_INNER
 from bakery.stages.condition import FACE_RATIO, SIZE, condition
 from bakery.types import Camera, Fit
+
+BLOT = np.array([0.10, 0.03, 0.03], np.float32)  # linear, what hides a mouth: that of a dark one
 
 
 def face_frame(fit: Fit, points: np.ndarray, size: int = SIZE) -> tuple[Camera, np.ndarray]:
@@ -34,6 +38,20 @@ def cut(picture: np.ndarray, affine: np.ndarray, size: int = SIZE) -> np.ndarray
     if scale < 1:  # what is made smaller is blurred first, or it aliases
         picture = cv2.GaussianBlur(picture, (0, 0), 0.5 * np.sqrt(1 / scale**2 - 1) + 1e-3)
     return cv2.warpAffine(picture, matrix, (size, size), flags=cv2.INTER_LINEAR)
+
+
+def blotted(encoded: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """A photo [H, W, 3] whose mouth is a dark blot between the inner lips.
+
+    Args:
+        encoded: sRGB-encoded, float 0..1 or uint8.
+        points: [478, 2] pixels.
+    """
+    out = encoded.copy()
+    white = 255.0 if out.dtype == np.uint8 else 1.0
+    ring = np.round(points[LIPS_INNER]).astype(np.int32)
+    cv2.fillPoly(out, [ring], (to_encoded(BLOT) * white).tolist())
+    return out
 
 
 def head_photo(

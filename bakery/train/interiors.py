@@ -14,40 +14,27 @@ import cv2
 import numpy as np
 
 from bakery.bake.options import BuildOptions
-from bakery.bake.subject import FittedSubject
+from bakery.bake.subject import FittedSubject, Observation
 from bakery.errors import BakeryError
+from bakery.formats.image import read_photo
 from bakery.formats.portraits import landmarks_of
 from bakery.generators.interior import FRAME_SCALE, interior_shade
 from bakery.generators.shade import is_part
-from bakery.geometry.color import to_encoded
 from bakery.geometry.encode import decode, encode
 from bakery.geometry.fill import normalized_blur
 from bakery.heads.base import MOUTH, HeadModel
 from bakery.landmarks import EYES, LIPS_INNER, LIPS_OUTER, lip_gap
+from bakery.stages.face_frame import blotted, cut, face_frame
 from bakery.stages.segment import occlusion
 from bakery.synth.pairs import NAME, PaintedPair, write_shard
 from bakery.train.real_pairs import pair_of
 
-BLOT = np.array([0.10, 0.03, 0.03], np.float32)  # linear, what hides a mouth: that of a dark one
-EDGE = 2  # pixels that the loss counts beyond the inner lips and the lids, of a frame of 512
+HIDDEN = 3  # of every so many open mouths one is hidden from the fit, as that of a person who shuts it is
 OPEN = 0.05  # of the mouth's width: lips this far apart show an interior
+EDGE = 2  # pixels that the loss counts beyond the inner lips and the lids, of a frame of 512
 TONE = 1.2  # mm: what is finer than such a blur are edges of teeth, not their tone
 DETAIL, DARK = (0.25, 3.0), 2e-3  # range of the edges' factor; linear
 BARE = 0.02  # of the region of the eyes: so little may be called glasses
-
-
-def blotted(encoded: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """A photo [H, W, 3] whose mouth is a dark blot between the inner lips.
-
-    Args:
-        encoded: sRGB-encoded, float 0..1 or uint8.
-        points: [478, 2] pixels.
-    """
-    out = encoded.copy()
-    white = 255.0 if out.dtype == np.uint8 else 1.0
-    ring = np.round(points[LIPS_INNER]).astype(np.int32)
-    cv2.fillPoly(out, [ring], (to_encoded(BLOT) * white).tolist())
-    return out
 
 
 def with_edges(target: np.ndarray, pair: PaintedPair) -> np.ndarray:
@@ -69,15 +56,18 @@ def with_edges(target: np.ndarray, pair: PaintedPair) -> np.ndarray:
     return np.where(inside[..., None], made, target)
 
 
-def interior_pair(fitted: FittedSubject, number: int, mouth: bool, eyes: bool) -> PaintedPair:
+def interior_pair(
+    fitted: FittedSubject, seen: Observation, number: int, mouth: bool, eyes: bool
+) -> PaintedPair:
     """A person as their own photo shows them, whose loss counts in mouth and eyes only.
 
     Args:
-        fitted: of the photo.
+        fitted: of the photo, whose mouth may be hidden from it.
+        seen: what the photo shows, in the frame of `fitted`.
         number: of the subject.
         mouth, eyes: which of them count.
     """
-    pair, points = pair_of(fitted, fitted.neutral, number), fitted.neutral.points
+    pair, points = pair_of(fitted, seen, number), seen.points
     counts = np.zeros(pair.part.shape, np.uint8)
     rings = [LIPS_INNER] * mouth + [*EYES] * eyes
     for ring in rings:
@@ -92,7 +82,7 @@ def interior_pair(fitted: FittedSubject, number: int, mouth: bool, eyes: bool) -
         pair,
         photo=blotted(pair.photo, points),
         target=with_edges(pair.target, pair),
-        face=np.minimum(counts, fitted.neutral.face),
+        face=np.minimum(counts, seen.face),
     )
 
 
@@ -119,16 +109,21 @@ def write_interiors(
         shard = Path(output) / NAME.format(number)
         if shard.exists():
             continue
+        mouth = lip_gap(points) > OPEN
         try:
-            fitted = FittedSubject(path, landmarks_of(points), head, options)
+            photo = read_photo(path)
+            hidden = replace(photo, encoded=blotted(photo.encoded, points))
+            given = hidden if mouth and number % HIDDEN == 0 else photo
+            fitted = FittedSubject(path, landmarks_of(points), head, options, photo=given)
         except BakeryError as error:
             yield path, str(error)
             continue
-        mouth = lip_gap(points) > OPEN
         eyes = occlusion(fitted.segmentation, points)["glasses"] < BARE
         if not (mouth or eyes):
             yield path, "glasses before the eyes, and lips closed"
             continue
-        pair = interior_pair(fitted, number, mouth, eyes)
+        affine = face_frame(fitted.neutral.fit, points, fitted.size)[1]
+        seen = replace(fitted.neutral, picture=cut(photo.encoded, affine, fitted.size))
+        pair = interior_pair(fitted, seen, number, mouth, eyes)
         write_shard(shard, [pair], {"person": path.stem})
         yield path, None

@@ -2,24 +2,11 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from bakery.evaluate import teeth
 from bakery.evaluate.detection import lips
 from bakery.formats.record import read_faces
 from bakery.generators.pagan import load
 from bakery.landmarks import LIPS_INNER
-
-
-def test_a_blot_hides_the_mouth_alone():
-    points = np.full((478, 2), 8.0)
-    angle = np.linspace(0, 2 * np.pi, len(LIPS_INNER), endpoint=False)
-    points[LIPS_INNER] = 32 + 10 * np.column_stack([np.cos(angle), np.sin(angle)])
-    picture = np.full((64, 64, 3), 0.5, np.float32)
-    hidden = teeth.blotted(picture, points)
-    assert hidden[32, 32].max() < 0.4
-    assert np.array_equal(hidden[:20], picture[:20])
-    assert picture.min() == 0.5
 
 
 def test_some_photos_are_spread_over_all():

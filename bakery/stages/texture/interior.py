@@ -1,7 +1,7 @@
 """Teeth, gums, tongue and the linings, painted in the light of the photo.
 
-The photo shows teeth at most (`texture.teeth`): the reflectance of the others is set, and only the level of
-light is measured.
+The photo shows teeth at most (`texture.teeth`): the reflectance of the others is set, and only the light is
+measured.
 """
 
 import numpy as np
@@ -11,8 +11,10 @@ from bakery.geometry.noise import value_noise
 
 # The shade of the lips takes about 15% from incisors (generators.shade, generators.interior).
 SHADED = 0.85
+# Gums over likely teeth, a tenth less than five people of congress/train who bare them have, for their gloss:
+# over the luminance of such teeth 1.12, 0.51, 0.40 (medians), where the tint of teeth is 1.21, 0.96, 0.79.
+GUMS = np.array([0.84, 0.48, 0.46], np.float32)
 # Wet mucosa against teeth in the same light: published oral-tissue colours lie near L* 50, a* 25.
-GUMS = np.array([0.50, 0.21, 0.20], np.float32)
 TONGUE = np.array([0.38, 0.17, 0.165], np.float32)
 LINING = np.array([0.25, 0.085, 0.08], np.float32)
 SOCKET = np.array([0.45, 0.23, 0.19], np.float32)
@@ -32,8 +34,8 @@ def paint_interior(head, neutral, atlas, teeth, usual):
     paints = {
         "teeth_upper": teeth / SHADED,
         "teeth_lower": teeth * (0.95 / SHADED),
-        "gums_upper": light * GUMS,
-        "gums_lower": light * GUMS,
+        "gums_upper": usual * GUMS / SHADED,
+        "gums_lower": usual * GUMS / SHADED,
         "tongue": light * TONGUE,
         "mouth_cavity": light * LINING,
         "eye_socket": light * SOCKET,
