@@ -2,8 +2,9 @@
 
 A photo that shows teeth or eyes is painted as it stands there, in its own fit, and is its own target. The
 network is given what a bake gives it: the shaded geometry of teeth and eyes on the photo's own texture.
-Its `photo` channel shows the mouth blotted out, so it cannot copy the teeth. The loss counts between the
-lips and in the eyes alone: skin is the photo's own there and would teach nothing.
+Its `photo` channel shows the mouth blotted out, so it cannot copy the teeth; some mouths are hidden from the
+bake as well, whose texture has likely teeth then. The loss counts between the lips and in the eyes alone:
+skin is the photo's own there and would teach nothing.
 """
 
 from collections.abc import Iterator, Mapping
@@ -110,10 +111,10 @@ def write_interiors(
         if shard.exists():
             continue
         mouth = lip_gap(points) > OPEN
+        hidden = mouth and number % HIDDEN == 0
         try:
             photo = read_photo(path)
-            hidden = replace(photo, encoded=blotted(photo.encoded, points))
-            given = hidden if mouth and number % HIDDEN == 0 else photo
+            given = replace(photo, encoded=blotted(photo.encoded, points)) if hidden else photo
             fitted = FittedSubject(path, landmarks_of(points), head, options, photo=given)
         except BakeryError as error:
             yield path, str(error)
@@ -122,8 +123,10 @@ def write_interiors(
         if not (mouth or eyes):
             yield path, "glasses before the eyes, and lips closed"
             continue
-        affine = face_frame(fitted.neutral.fit, points, fitted.size)[1]
-        seen = replace(fitted.neutral, picture=cut(photo.encoded, affine, fitted.size))
+        seen = fitted.neutral
+        if hidden:
+            affine = face_frame(seen.fit, points, fitted.size)[1]
+            seen = replace(seen, picture=cut(photo.encoded, affine, fitted.size))
         pair = interior_pair(fitted, seen, number, mouth, eyes)
         write_shard(shard, [pair], {"person": path.stem})
         yield path, None

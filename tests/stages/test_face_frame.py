@@ -18,3 +18,4 @@ def test_a_blot_lies_between_the_lips():
         assert changed.sum() == pytest.approx(np.pi * 12**2, rel=0.1)
         red = made[32, 32] / photo.max()
         assert red[0] > red[1] and red[0] < 0.5
+        assert made[32, 32].max() < 0.4 * (255 if made.dtype == np.uint8 else 1)

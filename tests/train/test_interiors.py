@@ -9,6 +9,7 @@ import pytest
 from bakery.errors import InputError
 from bakery.formats.record import read_faces
 from bakery.heads.base import PARTS
+from bakery.landmarks import LIPS_INNER
 from bakery.train import interiors
 
 SKIN = PARTS.index("skin")
@@ -65,3 +66,20 @@ def test_a_painted_portrait(portrait, head, tmp_path):
     assert 0.001 < counts.mean() < 0.03 and rows.max() < middle  # eyes lie in the upper half
     inside = counts & (pair.part == SKIN)
     assert inside.sum() < counts.sum() / 2
+
+
+@pytest.mark.slow
+def test_a_mouth_that_is_hidden_from_the_bake_stays_its_target(portrait, head, tmp_path):
+    """The first open mouth is blotted for the fit; what is to be painted is the photo's all the same."""
+    from bakery.synth.pairs import Shard
+
+    _, (face,) = read_faces(portrait[1])
+    points = face.points.copy()
+    points[LIPS_INNER[1:10], 1] += 0.2 * np.ptp(points[LIPS_INNER, 0])  # as if its lips were open
+    ((_, left_out),) = interiors.write_interiors({portrait[0]: points}, head, tmp_path)
+    assert left_out is None
+    pair = Shard(tmp_path / "pairs-00000.safetensors")[0]
+    x, y = pair.landmarks[[13, 14]].mean(0).astype(int)
+    blot = interiors.blotted(pair.photo, pair.landmarks)[y, x]
+    np.testing.assert_array_equal(pair.photo[y, x], blot)
+    assert pair.target[y, x].min() > blot.max()
