@@ -31,6 +31,9 @@ ASIDE = (
 EARS = 85.0, 95.0  # degrees from the middle of the face, from which an ear stands before the skin
 TEMPLE = 9.0, 5.0  # rows below the equator from which hair beside the face hangs
 BESIDE = 3.0  # mm that the cap ends before a hairline beside the face: single hairs are drawn on the skin
+BALD = 22.0  # mm that it ends before bald scalp
+SPARSE = 45.0  # mm from bald scalp up to which hair is sparse
+NARROW = 22.0  # mm: half as wide as bald scalp is at least: less is a high hairline
 EVEN = 10.0  # mm beside its border in which it has no steps
 RISE = 8.0  # mm over which it rises from its border
 ENDS = 3  # rows above the end of hanging hair at which its core ends
@@ -99,6 +102,7 @@ def cap_surface(shell: Shell, portrait: Portrait) -> tuple[np.ndarray, np.ndarra
     # Above the face it would hide the photo's own hairline; beside it, it closes what cards leave open.
     shown = charts.smooth(shell.seen, 5.0) * (1 - aside)
     retreat = np.maximum(np.interp(shown, (0, 1), RETREAT), BESIDE * beside_face(shell, portrait))
+    retreat = np.maximum(retreat, BALD * beside_bald(shell))
     inner = charts.smooth(charts.distance_inside(there & ~np.isnan(share) & ~before), 4.0) - retreat
     # Steps of it would be teeth of the border.
     inner = charts.smooth(np.clip(inner, -EVEN, EVEN), 4.0) + np.maximum(inner - EVEN, 0)
@@ -177,6 +181,18 @@ def beside_face(shell: Shell, portrait: Portrait) -> np.ndarray:
     high = smoothstep(*TEMPLE, np.arange(ROWS) + 0.5 - DOME)
     aside = aside_of(shell, portrait) * before_ears * high[:, None]
     found: np.ndarray = aside * (1 - hanging(shell))
+    return found
+
+
+def beside_bald(shell: Shell) -> np.ndarray:
+    """Where hair ends at bald scalp [ROWS, COLUMNS] 0..1: it gets sparse there, and ends in no line."""
+    bald = (shell.growth > 0.5) & (shell.there < 0.5)
+    bald[DOME:] = False  # around ears is no scalp
+    core = charts.distance_inside(bald) > NARROW
+    if not core.any():
+        return np.zeros(bald.shape)
+    away = -charts.distance_inside(core) - NARROW
+    found: np.ndarray = charts.smooth(smoothstep(SPARSE, 0.0, away), 5.0)
     return found
 
 

@@ -68,6 +68,10 @@ STANDS = 2.0  # mm off the skull's side, from which skin is of an ear
 UPPER = 0.6  # share of an ear's height, from where on that tells; below it is a shell's hollow
 HAIRS = (0.4, 4.0)  # mm, width and length of single hairs
 APART = 0.5  # of alpha by which hairs differ where half of them grow: more, and the line is a comb
+# Share of the atlas that bald scalp is wide at least, for less is a high hairline; over which hair is sparse beside
+# it; and of such scalp around, up to which all hair grows and from which none.
+BALD, BESIDE_BALD, SPARSE = 8, 24, (0.1, 0.7)
+COARSE = 256  # texels a side at which that is found
 FRAY = (0.7, 8.0)  # mm, width and length of hairs at the hairline
 FRAYED = 0.06  # how far they reach over it
 CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
@@ -232,7 +236,8 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     sure = cv2.erode((lock > 0.9).astype(np.float32), np.ones((5, 5), np.uint8)) * growth
     noise = atlas.paint(sum(share * locks(along, *size) for *size, share in LOCKS))
     fray = FRAYED * atlas.paint(locks(along, *FRAY))
-    line = single_hairs(smoothstep(0.1, 0.9, grown + fray), rank)
+    dense = smoothstep(0.1, 0.9, grown + fray)
+    line = single_hairs(dense * (1 - smoothstep(*SPARSE, bald_around(growth * (1 - grown)))), rank)
     unseen = (1 - seen) * strip * line * (1 - lost) * (1 - atlas.paint(on_ears(head, atlas)))
     dark = np.log(np.maximum(color, 1e-3))  # dark hair stays dark beside its highlights
     local, close = tone_around(linear, mattes.hair)
@@ -282,6 +287,18 @@ def beside_scalp(growth: np.ndarray) -> np.ndarray:
     width = int(HAIRLINE * len(growth)) | 1
     near: np.ndarray = cv2.GaussianBlur(cv2.dilate(growth, disk(width / 2)), (0, 0), width / 6)
     return near
+
+
+def bald_around(bare: np.ndarray) -> np.ndarray:
+    """How much of what is around is bald scalp [T, T] 0..1, by the scalp that has no hair [T, T] 0..1.
+
+    Beside it hair is sparse; a high hairline leaves a narrow strip bare, and may be dense.
+    """
+    size = len(bare)
+    small = cv2.resize(bare.astype(np.float32), (COARSE, COARSE), interpolation=cv2.INTER_AREA)
+    wide = cv2.morphologyEx(small, cv2.MORPH_OPEN, disk(COARSE / BALD / 2))
+    soft = cv2.GaussianBlur(wide, (0, 0), COARSE / BESIDE_BALD)
+    return cv2.resize(soft, (size, size), interpolation=cv2.INTER_LINEAR)
 
 
 def on_ears(head: HeadModel, atlas: Atlas) -> np.ndarray:

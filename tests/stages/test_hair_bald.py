@@ -1,0 +1,53 @@
+"""Hair gets sparse beside bald scalp, and not beside a high hairline."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bakery.stages.hair.chart import COLUMNS, DOME, ROWS, STEP
+from bakery.stages.hair.mesh import BALD, NARROW, SPARSE, beside_bald
+from bakery.stages.texture.hair import BALD as WIDE
+from bakery.stages.texture.hair import COARSE, bald_around
+
+
+def sparse(rows):
+    """How sparse hair is in each row [ROWS], by the rows that are bare scalp."""
+    there = np.ones((ROWS, COLUMNS))
+    there[rows] = 0
+    return beside_bald(SimpleNamespace(growth=np.ones_like(there), there=there)).mean(1)
+
+
+def test_hair_is_sparse_over_so_many_mm_beside_a_bald_top():
+    rows = 20
+    found = sparse(slice(rows))
+    away = (np.arange(ROWS) - rows) * STEP
+    assert found[rows] > 0.9, "where it begins"
+    assert (found[away > SPARSE + 3 * STEP] < 0.02).all()
+    fading = found[(away > 0) & (away < SPARSE)]
+    assert (np.diff(fading) < 0).all() and fading[len(fading) // 2] == pytest.approx(0.5, abs=0.2)
+    assert 0 < BALD < SPARSE
+
+
+def test_a_high_hairline_and_skin_around_ears_are_not_bald():
+    high = 20 + int(1.8 * NARROW / STEP)
+    assert sparse(slice(20, high)).max() == 0 and sparse(slice(20, high + 3)).max() > 0.9
+    there = np.ones((ROWS, COLUMNS))
+    there[DOME:, 20:80] = 0
+    ears = SimpleNamespace(growth=np.ones_like(there), there=there)
+    assert beside_bald(ears).max() == 0
+
+
+def test_scalp_that_is_bare_wide_enough_is_bald():
+    size = 4 * COARSE
+    wide, narrow = int(1.5 * size / WIDE), int(0.8 * size / WIDE)
+    bare = np.zeros((size, size), np.float32)
+    bare[size // 4 : size // 4 + wide] = 1
+    found = bald_around(bare)
+    middle = size // 4 + wide // 2
+    assert found.shape == bare.shape and found[middle, size // 2] > 0.9
+    assert found[size // 4, size // 2] == pytest.approx(0.5, abs=0.1)
+    assert found[-size // 4 :].max() < 0.01
+    strip = np.zeros_like(bare)
+    strip[size // 4 : size // 4 + narrow] = 1
+    assert bald_around(strip).max() < 1e-3
