@@ -55,11 +55,19 @@ NOSE = np.array(
 )  # fmt: skip
 # On plain skin, where no edge or fold marks them.
 PLAIN = np.setdiff1d(np.arange(FACE), np.concatenate([*EYES, BROWS, LIPS, NOSE]))
+OPEN_MOUTH = 0.05  # of the mouth's width: lips so far apart show an interior
 
 
 def face_size(points: np.ndarray) -> np.ndarray:
     """Distance of the outer eye corners of points [.., L, 2]: the unit of landmark errors."""
     return np.linalg.norm(points[..., EYE_CORNERS[0], :] - points[..., EYE_CORNERS[1], :], axis=-1)
+
+
+def mirror_landmarks(points: np.ndarray) -> np.ndarray:
+    """For each landmark of the face [468] the one on its other side, by a head's own [L, 3] mm."""
+    face = points[:FACE]
+    apart = np.asarray((((face * [-1, 1, 1])[:, None] - face) ** 2).sum(-1))
+    return apart.argmin(1)
 
 
 def lip_gap(points: np.ndarray) -> float:

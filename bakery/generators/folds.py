@@ -11,12 +11,12 @@ import numba
 import numpy as np
 
 from bakery.generators.fold_lines import ACTIONS, REFERENCE, subject_lines
-from bakery.generators.wrinkles import across_faces, fold_knots, mirror_landmarks
+from bakery.generators.wrinkles import across_faces, fold_knots
 from bakery.geometry.curve import spline
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.noise import value_noise
 from bakery.heads.base import weights
-from bakery.landmarks import FACE
+from bakery.landmarks import FACE, mirror_landmarks
 
 SAMPLES = 40  # points of a fold's curve
 AROUND = (4.0, 3.2)  # mm from a fold within which its tension is measured: least, and a mm of width

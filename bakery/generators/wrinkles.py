@@ -11,6 +11,7 @@ import numpy as np
 from bakery.geometry.curve import spline
 from bakery.geometry.fill import smoothstep
 from bakery.geometry.noise import value_noise
+from bakery.landmarks import mirror_landmarks
 
 SAMPLES = 24  # points of a fold's curve
 # Lines in the 478-point order, the subject's right side; the left side mirrors them. Each is a list
@@ -66,13 +67,6 @@ def fold_knots(line, landmarks, mirror=None):
             for point in line.points
         ]
     )
-
-
-def mirror_landmarks(landmarks):
-    """For each of the 468 points [468, 3] the one on the other side of the face."""
-    other = landmarks[:468] * [-1, 1, 1]
-    distance = ((other[:, None] - landmarks[None, :468]) ** 2).sum(-1)
-    return distance.argmin(1)
 
 
 @dataclass(frozen=True)

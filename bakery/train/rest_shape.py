@@ -147,7 +147,7 @@ def means(found: Sequence[Fit], head: HeadModel) -> Means:
     before, after = (
         np.mean([aligned(points, center, by) for points in group], 0) for group in (here, there)
     )
-    twin, other = mirrored_weights(), mirrored_landmarks(head)
+    twin, other = mirrored_weights(), marks.mirror_landmarks(head.landmarks(head.mean))
 
     def even(points):
         flipped: np.ndarray = points[other] * [-1, 1, 1]
@@ -158,13 +158,6 @@ def means(found: Sequence[Fit], head: HeadModel) -> Means:
     return Means(
         even((after - before) * lower[:, None]), (weights + weights[twin]) / 2, even(residual)
     )
-
-
-def mirrored_landmarks(head: HeadModel) -> np.ndarray:
-    """Index [468] of each landmark's twin on the other side."""
-    places = head.landmarks(head.mean)[: marks.FACE]
-    apart = (places * [-1, 1, 1])[:, None] - places
-    return np.asarray((apart**2).sum(-1).argmin(1))
 
 
 def moving(head: HeadModel) -> np.ndarray:
@@ -195,7 +188,7 @@ def aligned(points: np.ndarray, onto: np.ndarray, by: np.ndarray) -> np.ndarray:
 
 def pairs(found: list[tuple[Fit, Fit]], head: HeadModel) -> Pairs:
     """What the fits of pairs (resting, expressive) say."""
-    twin, other = mirrored_weights(), mirrored_landmarks(head)
+    twin, other = mirrored_weights(), marks.mirror_landmarks(head.landmarks(head.mean))
     by, lower = still(head), moving(head)
     rows = []
     for rest, smile in found:

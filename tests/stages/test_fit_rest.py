@@ -16,7 +16,6 @@ from bakery.stages.fit import rest
 from bakery.stages.fit.warp import residual_offsets
 from bakery.stages.texture import TextureOptions
 from bakery.train.rest import mirrored_weights
-from bakery.train.rest_shape import mirrored_landmarks
 from bakery.types import EXPRESSIONS, Camera, Fit
 
 SMILE = weights({"mouthSmileLeft": 0.7, "mouthSmileRight": 0.6, "jawOpen": 0.1})
@@ -266,7 +265,7 @@ def test_one_photo_at_rest_speaks_for_all(head, fit):
 
 def test_the_shipped_basis_knows_no_side(head, fit):
     """Of a mirrored photo it says the mirrored."""
-    twin, other = mirrored_weights(), mirrored_landmarks(head)
+    twin, other = mirrored_weights(), marks.mirror_landmarks(head.landmarks(head.mean))
     basis = rest.load_rest_shape()
     moves = rest.rest_moves(basis, fit.expression, fit.residual)
     flipped = fit.residual[other] * [-1, 1, 1]

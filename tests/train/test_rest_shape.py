@@ -65,7 +65,7 @@ def test_a_known_left_over_is_learned(head, known):
 
 
 def test_each_person_counts_mirrored_too(head, known):
-    other = training.mirrored_landmarks(head)
+    other = marks.mirror_landmarks(head.landmarks(head.mean))
     assert_array_equal(other[other], np.arange(marks.FACE))
     assert_array_equal(other[marks.MOUTH_CORNERS], marks.MOUTH_CORNERS[::-1])
     for part in (known.change, known.residual):
@@ -95,7 +95,7 @@ def test_people_without_pairs_count_by_their_means(head, known):
     shape = np.zeros(20)  # one head, so that means of two are means of all
     found = [replace(fit, identity=shape) for fit in smiles + rests]
     others = training.means(found, head)
-    other = training.mirrored_landmarks(head)
+    other = marks.mirror_landmarks(head.landmarks(head.mean))
     assert_allclose(others.change[other] * [-1, 1, 1], others.change, atol=1e-9)
     assert np.abs(others.change[marks.LIPS]).max() > 0.5
     heavy = replace(OPTIONS, means=1e4, modes=8)

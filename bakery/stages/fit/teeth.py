@@ -20,7 +20,7 @@ from bakery.geometry import camera as cameras
 from bakery.geometry.color import LUMA, to_linear
 from bakery.heads.base import MOUTH, PARTS, HeadModel
 from bakery.heads.mouth import around_mouth
-from bakery.landmarks import LIPS_INNER, lip_gap
+from bakery.landmarks import LIPS_INNER, OPEN_MOUTH, lip_gap
 from bakery.stages.condition import condition
 from bakery.stages.face_frame import cut
 from bakery.stages.segment.frame import draw_polygon
@@ -35,7 +35,6 @@ TONES = {
 SIDE = 96  # pixels of the drawn mouth a side
 AROUND = 1.3  # times the inner lips' extent
 REACH = 45.0  # mm around the lips: as far as a smile's lips hide teeth
-OPEN = 0.05  # of the mouth's width: lips less far apart show too little
 SOFT = 1.0  # pixels: gaps that miss each other by less still count
 PLAIN = 1e-4  # deviation of luminance, below which there is nothing to compare
 PIXELS = 60  # between the lips, at least
@@ -119,7 +118,7 @@ def shown_mouth(
         neutral: [V, 3] mm, `bake.fitting.fitted_neutral` of the fit.
         points: [L, 2] pixels.
     """
-    if not len(head.part_faces("teeth_upper")) or lip_gap(points) < OPEN:
+    if not len(head.part_faces("teeth_upper")) or lip_gap(points) < OPEN_MOUTH:
         return None
     ring = points[LIPS_INNER]
     low, high = ring.min(0), ring.max(0)
