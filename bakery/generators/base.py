@@ -22,7 +22,8 @@ class Subject:
     lids: LidSkin
     light: np.ndarray  # [9, 3] irradiance in the photo's camera space
     light_rotation: np.ndarray  # [3, 3] head space -> the photo's camera space
-    photo: np.ndarray | None = None  # [S, S, 3] uint8 sRGB: the photo cut to the face, head only
+    # [S, S, 3] uint8 sRGB: the neutral face where the photo shows it, head only
+    photo: np.ndarray | None = None
 
 
 class Generator(Protocol):

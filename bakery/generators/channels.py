@@ -21,6 +21,7 @@ from bakery.memo import once_per_object
 from bakery.types import Conditions
 
 NONE = 255  # code of `part` where nothing is drawn
+BLOT = np.uint8([89, 48, 48])  # sRGB, what hides a mouth: that of a dark one
 # mm between the eyes' middle (the origin of head space) and what depth 255 and depth 1 mean.
 NEAR, FAR = 80.0, -160.0
 FACE_REACH = (15.0, 30.0)  # mm from the nearest landmark, mean head: the face is whole, and ended

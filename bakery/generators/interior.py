@@ -24,9 +24,6 @@ RELIEF = 2.5  # mm: coarser shading of teeth is the network's own to say
 # 0.79 of the photo's at 1, 0.85 at 1.5, 0.90 at 2, for 0.09 and 0.21 dB.
 EDGES = 1.5
 LIDS, LIPS = 1.1, 5.0  # mm over which lids and lips shade what is behind them
-# mm that teeth stood farther behind the lips when the weights were trained: in brighter shade than that
-# they paint them too bright (docs/log-heads.md).
-SET_BACK = 6.0
 AMBIENT = 0.45  # share of the light that comes from everywhere
 
 
@@ -84,15 +81,16 @@ def teeth_relief(part, shade, per_mm):
     return out
 
 
-def teeth_tinted(color, alpha, deformed, part):
-    """Colour [H, W, 3] that is painted over teeth, in the tint that the texture's teeth have.
+def teeth_toned(color, alpha, shaded, part):
+    """Colour [H, W, 3] that is painted over teeth, in the mean colour that the shaded texture's teeth have.
 
-    The network makes teeth yellower than real ones, and greenish in bluish light. Light and shade of
-    what it paints stay; so do other colours than teeth's, as lips before them.
+    The photo says more of that than the network knows: it makes teeth yellower than real ones, greenish in
+    bluish light, and those of a wide smile lighter than those of a narrow one. What differs from tooth
+    to tooth stays; so do other colours than teeth's, as lips before them.
 
     Args:
         color: [H, W, 3] linear; alpha: [H, W] 0..1.
-        deformed: [H, W, 3] linear, the deformed neutral: its teeth have the tint of the photo's light.
+        shaded: [H, W, 3] linear, the deformed neutral in the shade of the lips.
         part: [H, W] uint8 into PARTS.
     """
     teeth = is_part(part, "teeth_upper", "teeth_lower")
@@ -102,14 +100,10 @@ def teeth_tinted(color, alpha, deformed, part):
     weight = alpha[teeth] * pale * (own @ LUMA)  # what is seen best says most
     if weight.sum() < 1e-3:
         return color
-    wanted, found = _tint(weight @ deformed[teeth]), _tint(weight @ own)
+    change = (weight @ shaded[teeth]) / np.maximum(weight @ own, 1e-6)
     out = color.copy()
-    out[teeth] = own * (1 + pale[:, None] * (wanted / found - 1))
+    out[teeth] = own * (1 + pale[:, None] * (change - 1))
     return out
-
-
-def _tint(color):
-    return color / max(float(color @ LUMA), 1e-6)
 
 
 def _under_lids(eyes, per_mm):
@@ -128,7 +122,7 @@ def _between_lips(mouth, behind, per_mm):
     opening = mouth.astype(np.float32)
     near = cv2.GaussianBlur(opening, (0, 0), max(1.2 * per_mm, 0.6))
     far = cv2.GaussianBlur(opening, (0, 0), max(LIPS * per_mm, 1.0))
-    deep = 1 / (1 + (np.maximum(behind + SET_BACK, 0) / 17.0) ** 2)
+    deep = 1 / (1 + (np.maximum(behind, 0) / 17.0) ** 2)
     return (
         (0.55 + 0.45 * smoothstep(0.25, 0.95, near)) * (0.75 + 0.25 * smoothstep(0.1, 0.6, far)) * deep
     )  # fmt: skip

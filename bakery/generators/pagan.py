@@ -27,7 +27,7 @@ from bakery.generators.interior import (
     RELIEF,
     interior_shade,
     teeth_relief,
-    teeth_tinted,
+    teeth_toned,
 )
 from bakery.generators.lids import with_lids
 from bakery.generators.shade import BLUR, EYES, is_part
@@ -139,7 +139,8 @@ class PaganGenerator:
         face = face.astype(np.float32) / 255 * (part != NONE)
         color = change[..., 3:6] * teeth_relief(part, shade, per_mm)[..., None]
         alpha = change[..., 6] * face
-        color = teeth_tinted(color, alpha, conditions.deformed_neutral[window], part)
+        shaded = conditions.deformed_neutral[window] * shade[..., None]
+        color = teeth_toned(color, alpha, shaded, part)
         return change[..., :3] * face[..., None], shade, color, alpha
 
     def paint_scaled(self, channels, zoom):

@@ -15,6 +15,7 @@ from torch.nn import functional
 
 from bakery.detectors.blocks import Conv, Residual
 from bakery.generators import expected_folds, strain
+from bakery.generators.channels import BLOT
 from bakery.generators.shade import is_part
 from bakery.geometry.encode import decode, encode
 from bakery.heads.base import MOUTH
@@ -158,6 +159,9 @@ def to_encoded(linear):
 def input_channels(channels, photo, shade, expressed):
     """The channels of INPUTS [H, W, C] uint8, by name.
 
+    Where the target shows its mouth the photo is blotted out: lips that lie there in neutral, or teeth of a
+    photo that smiled, would tell how bright teeth are, each in its own way (docs/log-pagan.md).
+
     Args:
         channels: bakery.generators.channels.Channels, or anything with the same fields.
         photo: [H, W, 3] uint8 sRGB: the subject in neutral, head only.
@@ -165,12 +169,13 @@ def input_channels(channels, photo, shade, expressed):
         expressed: of `channels.expression_channels`.
     """
     deformed = encode(decode(channels.deformed) * shade[..., None])
+    mouth = is_part(channels.part, *MOUTH)[..., None]
     return {
-        "photo": photo,
+        "photo": np.where(mouth, BLOT, photo),
         "normals": (channels.normals.astype(np.int16) + 128).astype(np.uint8),
         "depth": channels.depth[..., None],
         "gaze": channels.gaze,
-        "mouth": is_part(channels.part, *MOUTH)[..., None].astype(np.uint8) * 255,
+        "mouth": mouth.astype(np.uint8) * 255,
         "deformed": deformed,
     } | expressed
 

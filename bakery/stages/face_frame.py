@@ -3,14 +3,13 @@
 import cv2
 import numpy as np
 
+from bakery.generators.channels import BLOT
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_encoded
 from bakery.heads.base import HeadModel
-from bakery.landmarks import LIPS_INNER
-from bakery.stages.condition import FACE_RATIO, SIZE, condition
+from bakery.landmarks import LIPS_INNER, OPEN_MOUTH, lip_gap
+from bakery.stages.condition import FACE_RATIO, SIZE, condition, finer, shrunk
 from bakery.types import Camera, Fit
-
-BLOT = np.array([0.10, 0.03, 0.03], np.float32)  # linear, what hides a mouth: that of a dark one
 
 
 def face_frame(fit: Fit, points: np.ndarray, size: int = SIZE) -> tuple[Camera, np.ndarray]:
@@ -48,30 +47,40 @@ def blotted(encoded: np.ndarray, points: np.ndarray) -> np.ndarray:
         points: [478, 2] pixels.
     """
     out = encoded.copy()
-    white = 255.0 if out.dtype == np.uint8 else 1.0
+    scale = 1.0 if out.dtype == np.uint8 else 1 / 255
     ring = np.round(points[LIPS_INNER]).astype(np.int32)
-    cv2.fillPoly(out, [ring], (to_encoded(BLOT) * white).tolist())
+    cv2.fillPoly(out, [ring], (BLOT * scale).tolist())
     return out
 
 
-def head_photo(
+def neutral_picture(
     encoded: np.ndarray,
     points: np.ndarray,
     fit: Fit,
     head: HeadModel,
     neutral: np.ndarray,
+    texture: np.ndarray,
     size: int = SIZE,
 ) -> np.ndarray:
-    """The photo cut to the face, black where the fitted head is not: [S, S, 3] uint8 sRGB.
+    """The neutral face where the photo shows it, black outside the head: [S, S, 3] uint8 sRGB.
+
+    It is the photo itself where lips are closed, which tells most. A photo of an open mouth shows no neutral
+    face: then the texture is drawn at rest (docs/log-pagan.md, "One photo channel for all").
 
     Args:
         encoded: [H, W, 3] float32 sRGB-encoded, the photo.
         points: [L, 2] pixels, its landmarks.
         fit: its Fit.
         neutral: [V, 3] mm, the fitted neutral shape.
+        texture: [T, T, 3] linear, T_0.
     """
     camera, affine = face_frame(fit, points, size)
-    blank = np.zeros((8, 8, 3), np.float32)
-    drawn = condition(head, neutral, blank, fit.expression, fit.gaze, camera)
-    picture = np.clip(cut(encoded, affine, size), 0, 1) * np.isfinite(drawn.depth)[..., None]
-    return np.round(picture * 255).astype(np.uint8)
+    if lip_gap(points) > OPEN_MOUTH:
+        still = np.zeros_like(fit.expression)
+        drawn = condition(head, neutral, texture, still, (0.0, 0.0), finer(camera))
+        picture = shrunk(to_encoded(np.clip(drawn.deformed_neutral, 0, 1)), camera)
+    else:
+        blank = np.zeros((8, 8, 3), np.float32)
+        drawn = condition(head, neutral, blank, fit.expression, fit.gaze, camera)
+        picture = cut(encoded, affine, size) * np.isfinite(drawn.depth)[..., None]
+    return np.round(np.clip(picture, 0, 1) * 255).astype(np.uint8)

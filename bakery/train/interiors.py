@@ -2,9 +2,8 @@
 
 A photo that shows teeth or eyes is painted as it stands there, in its own fit, and is its own target. The
 network is given what a bake gives it: the shaded geometry of teeth and eyes on the photo's own texture.
-Its `photo` channel shows the mouth blotted out, so it cannot copy the teeth; some mouths are hidden from the
-bake as well, whose texture has likely teeth then. The loss counts between the lips and in the eyes alone:
-skin is the photo's own there and would teach nothing.
+Some mouths are hidden from the bake, whose texture has likely teeth then. The loss counts between the lips and
+in the eyes alone: skin is the photo's own there and would teach nothing.
 """
 
 from collections.abc import Iterator, Mapping
@@ -24,14 +23,13 @@ from bakery.generators.shade import is_part
 from bakery.geometry.encode import decode, encode
 from bakery.geometry.fill import normalized_blur
 from bakery.heads.base import MOUTH, HeadModel
-from bakery.landmarks import EYES, LIPS_INNER, LIPS_OUTER, lip_gap
+from bakery.landmarks import EYES, LIPS_INNER, LIPS_OUTER, OPEN_MOUTH, lip_gap
 from bakery.stages.face_frame import blotted, cut, face_frame
 from bakery.stages.segment import occlusion
 from bakery.synth.pairs import NAME, PaintedPair, write_shard
 from bakery.train.real_pairs import pair_of
 
 HIDDEN = 3  # of every so many open mouths one is hidden from the fit, as that of a person who shuts it is
-OPEN = 0.05  # of the mouth's width: lips this far apart show an interior
 EDGE = 2  # pixels that the loss counts beyond the inner lips and the lids, of a frame of 512
 TONE = 1.2  # mm: what is finer than such a blur are edges of teeth, not their tone
 DETAIL, DARK = (0.25, 3.0), 2e-3  # range of the edges' factor; linear
@@ -81,7 +79,6 @@ def interior_pair(
     counts = cv2.GaussianBlur(counts, (0, 0), EDGE / 2)
     return replace(
         pair,
-        photo=blotted(pair.photo, points),
         target=with_edges(pair.target, pair),
         face=np.minimum(counts, seen.face),
     )
@@ -110,7 +107,7 @@ def write_interiors(
         shard = Path(output) / NAME.format(number)
         if shard.exists():
             continue
-        mouth = lip_gap(points) > OPEN
+        mouth = lip_gap(points) > OPEN_MOUTH
         hidden = mouth and number % HIDDEN == 0
         try:
             photo = read_photo(path)

@@ -70,7 +70,7 @@ def pair_of(fitted, observation, number):
     for mend in (without_drift, registered):
         target = mend(target, channels.deformed, observation.face, channels.part)
     return PaintedPair(
-        photo=fitted.neutral.head_only,
+        photo=fitted.subject.photo,
         photo_face=fitted.neutral.face,
         target=target,
         deformed=channels.deformed,

@@ -13,7 +13,7 @@ from safetensors.torch import save_file
 from bakery.detectors.blocks import fold
 from bakery.errors import ModelError
 from bakery.generators import pagan
-from bakery.generators.channels import condition_channels, expression_channels
+from bakery.generators.channels import BLOT, condition_channels, expression_channels
 from bakery.generators.interior import FRAME_SCALE, interior_shade
 from bakery.generators.shade import EYES, is_part
 from bakery.generators.unet import (
@@ -221,6 +221,18 @@ def test_the_networks_share_is_the_training_picture(target, generator):
     # Bytes of the input and a head that is not exactly 165 mm high.
     difference = np.abs(picture - change.picture[0].permute(1, 2, 0).numpy()[whole])
     assert np.percentile(difference, 99) < 0.02
+
+
+def test_the_photo_tells_nothing_of_the_mouth(target):
+    """Where the target shows a mouth the photo is one colour, whatever lay there; elsewhere it stays."""
+    head, conditions = target
+    channels = condition_channels(head, conditions)
+    mouth = is_part(conditions.part, *MOUTH)
+    photo = np.random.default_rng(0).integers(0, 256, (512, 512, 3)).astype(np.uint8)
+    seen = input_channels(channels, photo, np.ones((512, 512), np.float32), {})["photo"]
+    assert mouth.sum() > 500 and seen.dtype == np.uint8
+    np.testing.assert_array_equal(seen[mouth], np.broadcast_to(BLOT, (mouth.sum(), 3)))
+    np.testing.assert_array_equal(seen[~mouth], photo[~mouth])
 
 
 def test_photo_follows_the_head_and_not_the_jaw(target):

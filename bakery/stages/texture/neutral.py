@@ -17,7 +17,7 @@ from bakery.landmarks import FACE
 from bakery.parallel import beside
 from bakery.stages.atlas import Atlas, Visibility, make_atlas, make_view, visibility_of
 from bakery.stages.condition import condition
-from bakery.stages.face_frame import head_photo
+from bakery.stages.face_frame import neutral_picture
 from bakery.stages.fit.rest import presence, shown
 from bakery.stages.texture.calm import calmed
 from bakery.stages.texture.complete import INFERRED, PAINTED, CompleteAlbedo, complete
@@ -194,7 +194,7 @@ def prepare(
             lids,
             fit.light,
             turn,
-            head_photo(photo.encoded, landmarks.points, fit, head, neutral),
+            neutral_picture(photo.encoded, landmarks.points, fit, head, neutral, texture),
         ),
         source.reshape(resolution, resolution),
         view.partial.seen * view.partial.on_skin,
