@@ -23,7 +23,9 @@ from bakery.generators.channels import NONE, condition_channels, expression_chan
 from bakery.generators.eyes import with_photographed_eyes
 from bakery.generators.fold_maps import TINT, FoldMaps
 from bakery.generators.interior import (
+    EDGES,
     FRAME_SCALE,
+    GAPS,
     RELIEF,
     interior_shade,
     teeth_relief,
@@ -137,10 +139,11 @@ class PaganGenerator:
         change = self.paint_scaled(stack, per_mm / NOMINAL)[window]
         part, shade, face = channels.part[window], shade[window], channels.face[window]
         face = face.astype(np.float32) / 255 * (part != NONE)
-        color = change[..., 3:6] * teeth_relief(part, shade, per_mm)[..., None]
+        color = change[..., 3:6] * teeth_relief(part, shade, per_mm, EDGES)[..., None]
         alpha = change[..., 6] * face
         shaded = conditions.deformed_neutral[window] * shade[..., None]
         color = teeth_toned(color, alpha, shaded, part)
+        shade = shade * teeth_relief(part, shade, per_mm, GAPS)
         return change[..., :3] * face[..., None], shade, color, alpha
 
     def paint_scaled(self, channels, zoom):
