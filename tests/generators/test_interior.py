@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bakery.generators.interior import teeth_toned
+from bakery.generators.interior import teeth_relief, teeth_toned
 from bakery.geometry.color import LUMA
 from bakery.heads.base import PARTS
 
@@ -58,3 +58,18 @@ def test_without_teeth_nothing_changes(mouth):
     skin = np.full_like(part, PARTS.index("skin"))
     assert np.array_equal(teeth_toned(color, alpha, deformed, skin), color)
     assert np.array_equal(teeth_toned(color, 0 * alpha, deformed, part), color)
+
+
+@pytest.mark.parametrize("exponent", [0.0, 0.6, 1.5])
+def test_relief_is_a_power_of_the_gaps_and_not_of_the_tone(exponent):
+    """A gap of half the light is that much darker by the power; wide shade is left to others."""
+    part = np.full((200, 300), PARTS.index("skin"), np.uint8)
+    part[20:180, 20:280] = PARTS.index("teeth_upper")
+    shade = np.repeat(np.linspace(0.5, 1.0, 300, dtype=np.float32)[None], 200, 0)
+    gap = np.s_[40:160, 150:152]
+    shade[gap] *= 0.5
+    made = teeth_relief(part, shade, 8.0, exponent)  # blurred over 20 pixels
+    beside = made[100, [146, 155]].mean()
+    assert made[gap].mean() / beside == pytest.approx(0.5**exponent, rel=0.03)
+    assert made[60:140, [100, 200]] == pytest.approx(1, abs=0.03)
+    assert (made[part == PARTS.index("skin")] == 1).all()
