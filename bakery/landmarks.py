@@ -74,3 +74,8 @@ def lip_gap(points: np.ndarray) -> float:
     """Gap between the inner lips [L, 2] over the mouth's width, in the middle."""
     width = np.linalg.norm(np.subtract(*points[MOUTH_CORNERS]))
     return float(np.linalg.norm(points[13] - points[14]) / width)
+
+
+def open_mouth(points: np.ndarray) -> bool:
+    """Whether lips [L, 2] stand so far apart that an interior shows."""
+    return lip_gap(points) >= OPEN_MOUTH

@@ -57,8 +57,8 @@ def interior_shade(channels, per_mm):
     return out
 
 
-def teeth_relief(part, shade, per_mm, exponent):
-    """Factor [H, W] on teeth: their edges and gaps, without their tone.
+def teeth_relief(part, shade, per_mm):
+    """Log light [H, W] of the edges and gaps of teeth, without their tone; 0 elsewhere.
 
     A network that minimises a pixel's error leaves the gaps between teeth out, for it cannot know
     where a person's teeth stand; painted over with one colour they are a white bar.
@@ -67,11 +67,11 @@ def teeth_relief(part, shade, per_mm, exponent):
         part: [H, W] uint8 into PARTS.
         shade: [H, W] of `interior_shade`.
         per_mm: pixels a mm at the face.
-        exponent: of the relief that the shade has.
     """
     teeth = is_part(part, "teeth_upper", "teeth_lower")
+    out = np.zeros(part.shape, np.float32)
     if not teeth.any():
-        return np.ones(part.shape, np.float32)
+        return out
     radius = max(RELIEF * per_mm, 0.6)
     window = around(teeth, BLUR * radius)
     inside = teeth[window]
@@ -80,8 +80,7 @@ def teeth_relief(part, shade, per_mm, exponent):
     mean = cv2.GaussianBlur(light, (0, 0), radius) / np.maximum(
         cv2.GaussianBlur(weight, (0, 0), radius), 1e-3
     )
-    out = np.ones(part.shape, np.float32)
-    out[window] = np.exp(np.where(inside, exponent * (light - mean), 0))
+    out[window] = np.where(inside, light - mean, 0)
     return out
 
 

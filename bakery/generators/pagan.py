@@ -139,12 +139,12 @@ class PaganGenerator:
         change = self.paint_scaled(stack, per_mm / NOMINAL)[window]
         part, shade, face = channels.part[window], shade[window], channels.face[window]
         face = face.astype(np.float32) / 255 * (part != NONE)
-        color = change[..., 3:6] * teeth_relief(part, shade, per_mm, EDGES)[..., None]
+        relief = teeth_relief(part, shade, per_mm)
+        color = change[..., 3:6] * np.exp(EDGES * relief)[..., None]
         alpha = change[..., 6] * face
         shaded = conditions.deformed_neutral[window] * shade[..., None]
         color = teeth_toned(color, alpha, shaded, part)
-        shade = shade * teeth_relief(part, shade, per_mm, GAPS)
-        return change[..., :3] * face[..., None], shade, color, alpha
+        return change[..., :3] * face[..., None], shade * np.exp(GAPS * relief), color, alpha
 
     def paint_scaled(self, channels, zoom):
         """`paint` at the scale that the network was trained at, the change resized.

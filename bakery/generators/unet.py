@@ -169,13 +169,15 @@ def input_channels(channels, photo, shade, expressed):
         expressed: of `channels.expression_channels`.
     """
     deformed = encode(decode(channels.deformed) * shade[..., None])
-    mouth = is_part(channels.part, *MOUTH)[..., None]
+    mouth = is_part(channels.part, *MOUTH)
+    blotted = photo.copy()  # by index: `np.where` takes 5 ms for this 0.2
+    blotted.reshape(-1, 3)[np.flatnonzero(mouth)] = BLOT
     return {
-        "photo": np.where(mouth, BLOT, photo),
+        "photo": blotted,
         "normals": (channels.normals.astype(np.int16) + 128).astype(np.uint8),
         "depth": channels.depth[..., None],
         "gaze": channels.gaze,
-        "mouth": mouth.astype(np.uint8) * 255,
+        "mouth": mouth[..., None].astype(np.uint8) * 255,
         "deformed": deformed,
     } | expressed
 

@@ -7,7 +7,7 @@ from bakery.generators.channels import BLOT
 from bakery.geometry import camera as cameras
 from bakery.geometry.color import to_encoded
 from bakery.heads.base import HeadModel
-from bakery.landmarks import LIPS_INNER, OPEN_MOUTH, lip_gap
+from bakery.landmarks import LIPS_INNER, open_mouth
 from bakery.stages.condition import FACE_RATIO, SIZE, condition, finer, shrunk
 from bakery.types import Camera, Fit
 
@@ -75,7 +75,7 @@ def neutral_picture(
         texture: [T, T, 3] linear, T_0.
     """
     camera, affine = face_frame(fit, points, size)
-    if lip_gap(points) > OPEN_MOUTH:
+    if open_mouth(points):
         still = np.zeros_like(fit.expression)
         drawn = condition(head, neutral, texture, still, (0.0, 0.0), finer(camera))
         picture = shrunk(to_encoded(np.clip(drawn.deformed_neutral, 0, 1)), camera)

@@ -23,7 +23,7 @@ from bakery.generators.shade import is_part
 from bakery.geometry.encode import decode, encode
 from bakery.geometry.fill import normalized_blur
 from bakery.heads.base import MOUTH, HeadModel
-from bakery.landmarks import EYES, LIPS_INNER, LIPS_OUTER, OPEN_MOUTH, lip_gap
+from bakery.landmarks import EYES, LIPS_INNER, LIPS_OUTER, open_mouth
 from bakery.stages.face_frame import blotted, cut, face_frame
 from bakery.stages.segment import occlusion
 from bakery.synth.pairs import NAME, PaintedPair, write_shard
@@ -107,7 +107,7 @@ def write_interiors(
         shard = Path(output) / NAME.format(number)
         if shard.exists():
             continue
-        mouth = lip_gap(points) > OPEN_MOUTH
+        mouth = open_mouth(points)
         hidden = mouth and number % HIDDEN == 0
         try:
             photo = read_photo(path)

@@ -20,7 +20,7 @@ from bakery.geometry import camera as cameras
 from bakery.geometry.color import LUMA, to_linear
 from bakery.heads.base import MOUTH, PARTS, HeadModel
 from bakery.heads.mouth import around_mouth
-from bakery.landmarks import LIPS_INNER, OPEN_MOUTH, lip_gap
+from bakery.landmarks import LIPS_INNER, open_mouth
 from bakery.stages.condition import condition
 from bakery.stages.face_frame import cut
 from bakery.stages.segment.frame import draw_polygon
@@ -118,7 +118,7 @@ def shown_mouth(
         neutral: [V, 3] mm, `bake.fitting.fitted_neutral` of the fit.
         points: [L, 2] pixels.
     """
-    if not len(head.part_faces("teeth_upper")) or lip_gap(points) < OPEN_MOUTH:
+    if not len(head.part_faces("teeth_upper")) or not open_mouth(points):
         return None
     ring = points[LIPS_INNER]
     low, high = ring.min(0), ring.max(0)

@@ -293,7 +293,7 @@ class Painter:
         return smoothstep(*FADED, charts.smooth(shown, FADES))
 
     def _full(self):
-        """How many of the strands there are [ROWS, COLUMNS] 0..1: beside the face a hairline thins out."""
+        """How many of the strands there are [ROWS, COLUMNS] 0..1: fewer beside the face and bald scalp."""
         inside = charts.smooth(charts.distance_inside(self.shell.there > 0.5), 3.0)
         thin = beside_face(self.shell, self.portrait) * (1 - smoothstep(*THINS, inside))
         sparse = beside_bald(self.shell) * (1 - smoothstep(*SPARSE, inside))
