@@ -51,7 +51,7 @@ def test_hidden_skin_is_hidden_from_every_way(head, atlas):
     on_skin = atlas.paint(np.ones(len(atlas.index), np.float32))
     face = uv_polygon(head, OVAL, 1.0, SIZE) * on_skin
     albedo = noisy(0.05)
-    partial = PartialAlbedo(albedo, face, face, face, np.ones_like(albedo), on_skin)
+    partial = PartialAlbedo(albedo, face, face, face, np.ones_like(albedo), on_skin, on_skin)
     given = {}
 
     def way(left, *_):

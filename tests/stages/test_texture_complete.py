@@ -8,7 +8,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from bakery.geometry.color import LUMA
+from bakery.heads.file import load_head
 from bakery.landmarks import OVAL
+from bakery.memo import once_per_object
 from bakery.stages.atlas import make_atlas, uv_polygon
 from bakery.stages.texture import METHODS
 from bakery.stages.texture.complete import (
@@ -57,7 +59,15 @@ def grainy(amount, seed=0):
 def partial_of(albedo, seen, atlas):
     on_skin = atlas.paint(np.ones(len(atlas.index), np.float32))
     whole = np.ones((SIZE, SIZE), np.float32)
-    return PartialAlbedo(albedo, seen * on_skin, whole, whole, np.ones_like(albedo), on_skin)
+    folds = atlas.paint(of_mean(atlas), 1)
+    return PartialAlbedo(albedo, seen * on_skin, whole, whole, np.ones_like(albedo), folds, on_skin)
+
+
+@once_per_object
+def of_mean(atlas):
+    """Openness [N] of the mean head at the texels."""
+    head = load_head("makehuman")
+    return atlas.at(openness(head, head.mean).everywhere[:, None])[:, 0]
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -89,7 +99,7 @@ def test_quick_has_the_grain_of_the_skin_that_was_seen(head, atlas, face):
     partial = partial_of(grainy(0.05), face, atlas)
     made = complete(partial, head, head.mean, atlas, "quick")
     # Folds are darker than any grain: ears, below the jaw.
-    folds = atlas.paint(atlas.at(openness(head, head.mean)[:, None])[:, 0])
+    folds = partial.openness
     spread = {
         name: np.log(made.albedo @ LUMA)[where].std()
         for name, where in (
@@ -311,7 +321,7 @@ def test_borders_off_the_face_fade_inwards():
 def test_folds_that_nobody_saw_are_dark(head, atlas, face):
     """Skin in one colour: what is made up is darker by how little light reaches it, what was seen is not."""
     partial = partial_of(grainy(0.0), face, atlas)
-    open_to = atlas.at(openness(head, head.mean)[:, None])[:, 0]
+    open_to = of_mean(atlas)
     index = atlas.index
     luma = {
         method: (complete(partial, head, head.mean, atlas, method).albedo @ LUMA).reshape(-1)[index]

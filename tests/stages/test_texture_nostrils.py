@@ -11,6 +11,7 @@ from bakery.landmarks import NOSE_BASE
 from bakery.stages.atlas import make_atlas
 from bakery.stages.texture import nostrils
 from bakery.stages.texture.nostrils import hollows, one_pair
+from bakery.stages.texture.occlusion import Openness
 
 SIZE = 512
 SKIN = np.array([0.45, 0.28, 0.22], np.float32)
@@ -38,7 +39,7 @@ def test_there_are_two_alike_beside_the_middle(head, nose):
 
 def test_a_head_without_nostrils_is_left_alone(head, nose, monkeypatch):
     flat = replace(head, name="flat")  # one of its own, of which nothing is kept
-    monkeypatch.setattr(nostrils, "openness", lambda head, shape: np.ones(len(shape), np.float32))
+    monkeypatch.setattr(nostrils, "openness", lambda head, shape: Openness(*np.ones((2, len(shape)))))
     assert hollows(flat, SIZE)[0].max() == 0
     colors = np.tile(SKIN, (len(nose[1]), 1))
     seen = np.ones(len(nose[1]), np.float32)

@@ -12,11 +12,13 @@ from bakery.geometry.mesh import vertex_normals
 from bakery.landmarks import BROWS, CHIN, EYE_LEFT, EYE_RIGHT, LIPS_INNER
 from bakery.stages.atlas import make_atlas
 from bakery.stages.texture.hair import Mattes
+from bakery.stages.texture.occlusion import openness
 from bakery.stages.texture.shadows import penumbra
 from bakery.stages.texture.unwrap import (
     AHEAD,
     CONTRAST,
     FALLOFF,
+    SHELTERED,
     bearded,
     inner_face,
     open_lids,
@@ -143,7 +145,10 @@ def test_the_far_side_of_a_nose_is_left_to_the_near_one():
 
 
 def test_light_falls_off_no_further_beside_the_face(head):
-    """What faces the camera is as lit as in the photo; ears hardly less than the rim of the face."""
+    """What faces the camera is as lit as in the photo; ears hardly less than the rim of the face.
+
+    Below the jaw it is dark, at any light of the photo's.
+    """
     ahead = Camera(1000.0, np.full(2, 256.0), np.zeros(3), np.array([0, 0, -600.0]), 512, 512)
     fit = SimpleNamespace(camera=ahead, light=one_lamp(20, ambient=0.3))
     atlas = make_atlas(head, 256).take("skin")
@@ -155,9 +160,15 @@ def test_light_falls_off_no_further_beside_the_face(head):
     middle = (inner_face(head, 256, 1.0) > 0.99) & square
     assert middle.any()
     assert_allclose(light[middle], shade[middle], rtol=1e-5)
-    sides = on_skin & (inner_face(head, 256, 1.0) < 0.01)
+    everywhere, above = atlas.paint(atlas.at(np.stack(openness(head, head.mean), 1))).transpose(2, 0, 1)
+    beside = on_skin & (inner_face(head, 256, 1.0) < 0.01)
+    sides = beside & (above > everywhere)
     dark = sides & (np.log(shade[..., 0]) < -0.5)
     assert dark.any()
     gain = np.log(light[dark] / shade[dark])
     assert gain.min() > 0.03  # shading is 0.69 darker at most, rims about 0.4
     assert light[sides].max() < light[middle].max() * np.exp(FALLOFF)
+    height = atlas.paint(atlas.at(head.mean)[:, 1])
+    jaw = beside & (above < 0.5) & (everywhere > 0.7) & (height < head.landmarks(head.mean)[152, 1])
+    assert jaw.sum() > 100 and np.median(light[jaw]) < 0.65 * np.median(light[sides])
+    assert light[jaw].min() > SHELTERED * light[sides].min()

@@ -21,7 +21,7 @@ from bakery.stages.texture.correlations import (
 from bakery.stages.texture.database import blended, load_database
 from bakery.stages.texture.evening import alike, evened, without_holes
 from bakery.stages.texture.grain import own_grain
-from bakery.stages.texture.occlusion import openness, shade_of
+from bakery.stages.texture.occlusion import shade_of
 from bakery.stages.texture.shadows import LIKELY, darker_half, darkness, leak, odd
 from bakery.stages.texture.shaped import shaped
 from bakery.stages.texture.synthesize import synthesized
@@ -105,8 +105,8 @@ def complete(
     )
     inferred = base * (1 - (1 - MUCOSA) * inner_lips[..., None])
     if method != "none":  # within the face likely tones have the shade of their folds
-        folds = shade_of(atlas.at(openness(head, vertices)[:, None])[:, 0])
-        inferred *= 1 + (atlas.paint(folds, 1) - 1) * (1 - face[..., None])
+        folds = shade_of(partial.openness)
+        inferred *= 1 + (folds - 1) * (1 - face[..., None])
     share = faded(np.clip(known, 0, 1), face)[..., None]
     source = np.select(
         [on_skin == 0, seen >= 0.5, known >= 0.5], [0, OBSERVED, MIRRORED], INFERRED

@@ -37,7 +37,8 @@ DARK = 1e-3  # linear
 def hollows(head: HeadModel, size: int) -> tuple[np.ndarray, float]:
     """Where the head's nostrils are, on an atlas of so many texels a side: [T, T] 0..1, and mm a texel."""
     atlas = make_atlas(head, size).take("skin")
-    open_to, places = atlas.at(openness(head, head.mean)[:, None])[:, 0], atlas.at(head.mean)
+    open_to = atlas.at(openness(head, head.mean).everywhere[:, None])[:, 0]
+    places = atlas.at(head.mean)
     base = head.landmarks(head.mean)[NOSE_BASE]
     away = np.linalg.norm(places[:, None] - base, axis=2).min(1)
     found = atlas.paint(

@@ -14,6 +14,7 @@ from bakery.heads.base import HeadModel
 from bakery.landmarks import EYES, LIPS_INNER, NOSE_BASE, OVAL
 from bakery.stages.atlas import Atlas, Visibility, soften, uv_polygon
 from bakery.stages.texture.hair import Mattes
+from bakery.stages.texture.occlusion import Openness, openness
 from bakery.stages.texture.shadows import SHADED, penumbra
 from bakery.types import Fit
 
@@ -23,6 +24,7 @@ AHEAD = np.array([[0, 0, 1], [-0.8, 0, 0.6], [0.8, 0, 0.6], [0, -0.8, 0.6], [0, 
 SLANTING = (75.0, 55.0)  # degrees from which on tones are not believed, and up to which they are
 SQUARE = (0.45, 0.75)  # cosine to the line of sight, from which the photo's light is kept
 FALLOFF = 0.1  # log of light, beyond the rim at most
+SHELTERED = 0.25  # of the light from above, is left everywhere
 MIDDLE = 0.55  # of the face's contour: within, sockets and sides of a nose are dark by nature, and believed
 PALER = 0.6  # log of red over blue: skin of one face, in all its parts, differs less
 GRAZING = (75.0, 45.0)  # degrees: from the second on the light behind a head may glare on its skin
@@ -44,6 +46,7 @@ class PartialAlbedo:
     even: np.ndarray  # [T, T] float32 0..1: 1 where it is seen squarely and in no cast shadow
     plain: np.ndarray  # [T, T] float32 0..1: 0 where brows, beard or lips are dark by nature
     light: np.ndarray  # [T, T, 3] float32: what an avatar keeps of the photo's, see `photo_light`
+    openness: np.ndarray  # [T, T] float32 0..1, of the light from everywhere (`occlusion.Openness`)
     on_skin: np.ndarray  # [T, T] float32: 1 on the charts of the skin
 
     def lit(self, albedo: np.ndarray) -> np.ndarray:
@@ -88,22 +91,40 @@ def photo_light(fit: Fit, head: HeadModel, vertices: np.ndarray, atlas: Atlas) -
     """What an avatar keeps of a photo's light: [T, T, 3] float32, 1 off the atlas; arguments as above.
 
     Where the photo sees the face squarely that is its shading. Beside it light falls off further: a thin
-    rim in the photo, a dull cheek when the avatar turns. There the light at the rim goes on, with FALLOFF.
+    rim in the photo, a dull cheek when the avatar turns. There the light at the rim goes on, with FALLOFF,
+    and with what the head takes of the light from above: below the jaw it is dark.
     """
     normals = _seen_normals(fit, head, vertices, atlas)
-    return _held_light(shading(normals, fit.light), normals[:, 2], head, atlas)
+    reached = _reached(head, vertices, atlas)
+    return _held_light(shading(normals, fit.light), normals[:, 2], reached, head, atlas)[0]
 
 
-def _held_light(shade, cosine, head, atlas):
-    """`photo_light` [T, T, 3] of shading [N, 3] and the cosine [N] to the line of sight, on an atlas."""
+def _reached(head, vertices, atlas):
+    """Openness of the texels [N] of an atlas."""
+    return Openness(*atlas.at(np.stack(openness(head, vertices), 1)).T)
+
+
+def _held_light(shade, cosine, reached, head, atlas):
+    """`photo_light` [T, T, 3] of shading [N, 3] and the cosine [N] to the line of sight, on an atlas.
+
+    Args:
+        reached: Openness of the texels. Folds, which no light reaches, are none of this.
+
+    Returns:
+        That, and what of it [T, T] is left of the light from above beside the face, over that at its rim.
+    """
     gray = np.log(np.maximum(shade[:, 0], 1e-3))
-    log, on_skin = (atlas.paint(np.float32(x)) for x in (gray, np.ones(len(gray))))
+    sky = reached.above / np.maximum(reached.everywhere, 1e-3)
+    sky = np.log(np.clip(sky, SHELTERED, 1))
+    log, sky, on_skin = (atlas.paint(np.float32(x)) for x in (gray, sky, np.ones(len(gray))))
     square = atlas.paint(np.float32(smoothstep(*SQUARE, cosine)))
     square *= inner_face(head, atlas.size, 1.0)
-    rim = diffuse(np.where(square > 0, log, 0)[..., None], square)[..., 0]
+    both = np.where(square[..., None] > 0, np.stack([log, sky], 2), 0)
+    rim, rim_sky = np.moveaxis(diffuse(both, square), 2, 0)
     held = rim + soft_limit(log - rim, FALLOFF)
-    kept = np.exp(held + square * (log - held)) * on_skin + (1 - on_skin)
-    return np.repeat(kept[..., None], 3, 2).astype(np.float32)
+    shelter = np.exp(np.minimum(sky - rim_sky, 0) * (1 - square) * on_skin)
+    kept = np.exp(held + square * (log - held)) * shelter * on_skin + (1 - on_skin)
+    return np.repeat(kept[..., None], 3, 2).astype(np.float32), shelter
 
 
 def _seen_normals(fit, head, vertices, atlas):
@@ -189,6 +210,9 @@ def unwrap_albedo(
     normals = _seen_normals(fit, head, vertices, atlas)
     shade = shading(normals, fit.light)
     on_skin = atlas.paint(np.ones(len(pixels), np.float32))
+    reached = _reached(head, vertices, atlas)
+    light, shelter = _held_light(shade, normals[:, 2], reached, head, atlas)
+    shade = shade * shelter.reshape(-1)[atlas.index, None]
     albedo = atlas.paint(np.float32(reflectance(color, shade)))
     slant = atlas.paint(1 - visibility.weight(*GRAZING))
     weight = without_foreign(albedo, atlas.paint(weight), slant, head)
@@ -204,7 +228,8 @@ def unwrap_albedo(
         soften(weight * (1 - edge), on_skin),
         square * smoothstep(*SHADED[::-1], shadow) * on_skin,
         plain,
-        _held_light(shade, normals[:, 2], head, atlas),
+        light,
+        atlas.paint(reached.everywhere, 1),
         on_skin,
     )
 
