@@ -39,7 +39,9 @@ def test_there_are_two_alike_beside_the_middle(head, nose):
 
 def test_a_head_without_nostrils_is_left_alone(head, nose, monkeypatch):
     flat = replace(head, name="flat")  # one of its own, of which nothing is kept
-    monkeypatch.setattr(nostrils, "openness", lambda head, shape: Openness(*np.ones((2, len(shape)))))
+    monkeypatch.setattr(
+        nostrils, "openness", lambda head, shape: Openness(*np.ones((2, len(shape))))
+    )
     assert hollows(flat, SIZE)[0].max() == 0
     colors = np.tile(SKIN, (len(nose[1]), 1))
     seen = np.ones(len(nose[1]), np.float32)

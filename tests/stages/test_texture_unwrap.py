@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 
 from bakery.geometry import harmonics
 from bakery.geometry.mesh import vertex_normals
+from bakery.geometry.sample import bilinear
 from bakery.landmarks import BROWS, CHIN, EYE_LEFT, EYE_RIGHT, LIPS_INNER
 from bakery.stages.atlas import make_atlas
 from bakery.stages.texture.hair import Mattes
@@ -160,7 +161,9 @@ def test_light_falls_off_no_further_beside_the_face(head):
     middle = (inner_face(head, 256, 1.0) > 0.99) & square
     assert middle.any()
     assert_allclose(light[middle], shade[middle], rtol=1e-5)
-    everywhere, above = atlas.paint(atlas.at(np.stack(openness(head, head.mean), 1))).transpose(2, 0, 1)
+    everywhere, above = atlas.paint(atlas.at(np.stack(openness(head, head.mean), 1))).transpose(
+        2, 0, 1
+    )
     beside = on_skin & (inner_face(head, 256, 1.0) < 0.01)
     sides = beside & (above > everywhere)
     dark = sides & (np.log(shade[..., 0]) < -0.5)
@@ -172,3 +175,21 @@ def test_light_falls_off_no_further_beside_the_face(head):
     jaw = beside & (above < 0.5) & (everywhere > 0.7) & (height < head.landmarks(head.mean)[152, 1])
     assert jaw.sum() > 100 and np.median(light[jaw]) < 0.65 * np.median(light[sides])
     assert light[jaw].min() > SHELTERED * light[sides].min()
+
+
+def test_light_from_a_side_has_no_edge_at_the_back(head):
+    """The head is cut open there: both borders of its chart are one place."""
+    ahead = Camera(1000.0, np.full(2, 256.0), np.zeros(3), np.array([0, 0, -600.0]), 512, 512)
+    fit = SimpleNamespace(camera=ahead, light=one_lamp(60, ambient=0.2))
+    atlas = make_atlas(head, 256).take("skin")
+    light = atlas.fill_gutter(photo_light(fit, head, head.mean, atlas))[..., 0]
+    faces = head.part_faces("skin")
+    corners = np.stack([head.faces[faces], head.uv_faces[faces]], -1).reshape(-1, 2)
+    vertices, places = np.unique(corners, axis=0).T
+    cut = np.flatnonzero(np.diff(vertices) == 0)  # those that have two places
+    at = bilinear(light, head.uv[places] * 256)
+    back = head.mean[vertices[cut], 2] < -20
+    assert back.sum() > 10
+    gap = np.abs(np.log(at[cut] / at[cut + 1]))[back]
+    assert gap.max() < 0.1
+    assert np.log(np.percentile(light, 95) / np.percentile(light, 5)) > 0.5, "its sides differ"

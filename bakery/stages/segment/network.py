@@ -12,7 +12,7 @@ from bakery import landmarks
 from bakery.detectors import portrait
 from bakery.formats.files import digest_file
 from bakery.geometry.color import to_bytes
-from bakery.stages.segment import overlays, prior
+from bakery.stages.segment import ears, overlays, prior
 from bakery.stages.segment.classes import (
     BACKGROUND,
     BEARD,
@@ -73,6 +73,8 @@ def classify(window: Window) -> Found:
     _take_over(shares, portrait.HAIR, portrait.BACKGROUND, ends)
 
     _settle_classes(shares, window.small, points, radius)
+    hair = ears.covered(surest(shares), window.small)
+    _take_over(shares, portrait.EARS, portrait.HAIR, hair)
     labels = LABEL_OF[surest(shares)]
     glasses, clear = _eyewear(window.small, labels, points, radius)
     thing = (labels == THING) & (radius < 1.25)

@@ -29,7 +29,9 @@ class Openness(NamedTuple):
 
     # [V] float32 0..1, of the light from everywhere that a surface so turned has in the open
     everywhere: np.ndarray
-    above: np.ndarray  # [V] float32 from 0, of the light from above, over what an upright wall has of it
+    above: (
+        np.ndarray
+    )  # [V] float32 from 0, of the light from above, over what an upright wall has of it
 
 
 def openness(head: HeadModel, vertices: np.ndarray) -> Openness:

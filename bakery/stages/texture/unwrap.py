@@ -24,6 +24,7 @@ AHEAD = np.array([[0, 0, 1], [-0.8, 0, 0.6], [0.8, 0, 0.6], [0, -0.8, 0.6], [0, 
 SLANTING = (75.0, 55.0)  # degrees from which on tones are not believed, and up to which they are
 SQUARE = (0.45, 0.75)  # cosine to the line of sight, from which the photo's light is kept
 FALLOFF = 0.1  # log of light, beyond the rim at most
+COARSE = 256  # texels of the picture in which light goes on from the face
 SHELTERED = 0.25  # of the light from above, is left everywhere
 MIDDLE = 0.55  # of the face's contour: within, sockets and sides of a nose are dark by nature, and believed
 PALER = 0.6  # log of red over blue: skin of one face, in all its parts, differs less
@@ -119,12 +120,29 @@ def _held_light(shade, cosine, reached, head, atlas):
     log, sky, on_skin = (atlas.paint(np.float32(x)) for x in (gray, sky, np.ones(len(gray))))
     square = atlas.paint(np.float32(smoothstep(*SQUARE, cosine)))
     square *= inner_face(head, atlas.size, 1.0)
-    both = np.where(square[..., None] > 0, np.stack([log, sky], 2), 0)
-    rim, rim_sky = np.moveaxis(diffuse(both, square), 2, 0)
+    rim, rim_sky = _gone_on(np.stack([log, sky], 2), square)
     held = rim + soft_limit(log - rim, FALLOFF)
     shelter = np.exp(np.minimum(sky - rim_sky, 0) * (1 - square) * on_skin)
     kept = np.exp(held + square * (log - held)) * shelter * on_skin + (1 - on_skin)
     return np.repeat(kept[..., None], 3, 2).astype(np.float32), shelter
+
+
+def _gone_on(values, square):
+    """Values [T, T, C] as they are where `square` [T, T] says so, gone on from there over the head: C of [T, T].
+
+    From left and right they meet where the chart is cut, at the back and over the top. They are smooth, so
+    a coarse picture will do.
+    """
+    full, size = len(square), min(len(square), COARSE)
+    total = cv2.resize(
+        np.dstack([values * square[..., None], square]), (size, size), interpolation=cv2.INTER_AREA
+    )
+    over = np.concatenate([total[: size // 2][::-1, ::-1], total])
+    closed = np.concatenate([over[:, -size // 2 :], over, over[:, : size // 2]], 1)
+    known = closed[..., -1]
+    on = diffuse(closed[..., :-1] / np.maximum(known, 1e-6)[..., None], known)
+    on = on[size // 2 :, size // 2 : -size // 2]
+    return np.moveaxis(cv2.resize(on, (full, full), interpolation=cv2.INTER_LINEAR), 2, 0)
 
 
 def _seen_normals(fit, head, vertices, atlas):
