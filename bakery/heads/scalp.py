@@ -11,8 +11,12 @@ from bakery.heads.base import HeadModel
 RADIUS = 85.0  # mm, of the cylinder around the mean head that is unrolled
 # Landmarks: end of the left brow, its outer eye corner, hairline, before the left ear.
 BROW, EYE, TOP, TRAGUS = 293, 263, 10, 454
+LEAST_EAR = np.array(
+    [[3.2, -23.7], [31.9, 26.9]]
+)  # mm from TRAGUS, its near lower and its far upper corner
 SOFT = 5.0  # mm, of the hairline's blur
 MARGIN = 25.0  # mm that the chart goes on beyond both its ends, more than the blur reaches
+BACK = np.pi * RADIUS + MARGIN  # mm, the chart's end at the middle of the nape
 
 
 def scalp(head):
@@ -26,13 +30,13 @@ def scalp(head):
     marks = unroll(head.landmarks(head.mean))
     top, brow, eye = marks[TOP, 1], marks[BROW, 1], marks[EYE, 1]
     front, behind, low, high = ear_box(head)
-    back, peak = np.pi * RADIUS + MARGIN, skin[:, 1].max() + MARGIN
+    back, peak = BACK, skin[:, 1].max() + MARGIN
     line = [
         [-MARGIN, top + 9], [16, top + 7], [32, top + 3], [48, top - 6], [63, top - 18],
         [77, brow + 4], [front - 24, brow - 8], [front - 18, eye - 4], [front - 4, eye - 14],
         [front + 1, high - 1], [front + 12, high + 6], [front + 30, high + 5],
-        [behind + 2, high - 8], [behind + 5, low + 12], [behind + 22, low - 12],
-        [back, low - 18], [back, peak], [-MARGIN, peak],
+        [behind + 2, high - 8], *zip(*_nape(behind, low)),
+        [back, peak], [-MARGIN, peak],
     ]  # fmt: skip
     corner = np.array([-MARGIN, skin[:, 1].min() - MARGIN])
     width, height = (np.array([back, peak]) - corner).astype(int)
@@ -43,6 +47,18 @@ def scalp(head):
     ear = ear_depth(places, (front, behind, low, high)) < 1
     share = np.clip(2 * bilinear(chart, (places - corner).astype(np.float32)) - 0.5, 0, 1)
     return np.where(ear, 0, share).astype(np.float32)
+
+
+def nape_line(head: HeadModel, across: np.ndarray) -> np.ndarray:
+    """Height [N] mm of the line behind the ears on which the scalp ends, at places [N] mm of `unrolled`."""
+    _, behind, low, _ = ear_box(head)
+    out: np.ndarray = np.interp(across, *_nape(behind, low))
+    return out
+
+
+def _nape(behind, low):
+    """Places and heights of that line, mm, by where the ear ends."""
+    return [behind + 5, behind + 22, BACK], [low + 12, low - 12, low - 18]
 
 
 def unrolled(head: HeadModel) -> Callable[[np.ndarray], np.ndarray]:
@@ -62,8 +78,9 @@ def unrolled(head: HeadModel) -> Callable[[np.ndarray], np.ndarray]:
 def ear_box(head: HeadModel) -> tuple[float, float, float, float]:
     """The left ear on the unrolled head: nearest and farthest across, lowest and highest, mm.
 
-    Ears are what stands further out than the skull above them; without any, the place behind the
-    landmark before the ear, as large as the built-in head's.
+    Ears are what stands further out than the skull above them, and no smaller than the built-in head's:
+    of ears that lie close to a broad skull little stands out. Their place is behind the landmark before
+    the ear.
     """
     skin = head.mean[head.part_vertices("skin")]
     side = skin[(skin[:, 1] > -70) & (skin[:, 1] < 40)]
@@ -71,10 +88,8 @@ def ear_box(head: HeadModel) -> tuple[float, float, float, float]:
     above = skin[(skin[:, 1] > tip[1] + 22) & (skin[:, 1] < tip[1] + 45)]
     ear = side[(side[:, 0] > above[:, 0].max() + 2.5) & (side[:, 2] < _axis(head) + 25)]
     unroll = unrolled(head)
-    if not len(ear):
-        across, up = unroll(head.landmarks(head.mean)[TRAGUS])
-        return across + 3, across + 32, up - 24, up + 27
-    across, up = unroll(ear).T
+    usual = unroll(head.landmarks(head.mean)[TRAGUS]) + LEAST_EAR
+    across, up = np.concatenate([usual, unroll(ear)]).T
     return across.min(), across.max(), up.min(), up.max()
 
 

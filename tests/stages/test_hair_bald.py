@@ -1,4 +1,4 @@
-"""Hair gets sparse beside bald scalp, and not beside a high hairline."""
+"""Hair gets sparse beside bald scalp, and not beside a high hairline; short hair does at a nape."""
 
 from types import SimpleNamespace
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS, STEP
-from bakery.stages.hair.mesh import BALD, NARROW, SPARSE, beside_bald
+from bakery.stages.hair.mesh import BALD, NARROW, SPARSE, at_nape, beside_bald
 from bakery.stages.texture.hair import BALD as WIDE
 from bakery.stages.texture.hair import COARSE, bald_around
 
@@ -51,3 +51,23 @@ def test_scalp_that_is_bare_wide_enough_is_bald():
     strip = np.zeros_like(bare)
     strip[size // 4 : size // 4 + narrow] = 1
     assert bald_around(strip).max() < 1e-3
+
+
+def test_short_hair_gets_less_at_the_nape_and_hair_that_hangs_does_not():
+    def nape(thick):
+        skull = np.full((ROWS, COLUMNS), 80.0)
+        return at_nape(
+            SimpleNamespace(
+                growth=np.ones_like(skull),
+                base=skull,
+                radius=skull + thick,
+                chart=SimpleNamespace(skull=skull),
+            )
+        )
+
+    short = nape(3.0)
+    back, front, row = [0, COLUMNS - 1], COLUMNS // 2, DOME + 14
+    assert short[row, back].min() > 0.95
+    assert short[row, front - 25 : front + 25].max() < 0.01, "before the ears"
+    assert short[: DOME - 4].max() < 0.01, "above them"
+    assert nape(30.0).max() < 0.01

@@ -4,19 +4,31 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from bakery.geometry import rotation
 from bakery.geometry.color import LUMA
 from bakery.geometry.sample import bilinear
 from bakery.hair.cards import CardHair
 from bakery.hair.layer import HairLayer
-from bakery.heads.scalp import BROW, EYE, ear_box, ear_depth, scalp, unrolled
+from bakery.heads.scalp import (
+    BACK,
+    BROW,
+    EYE,
+    RADIUS,
+    ear_box,
+    ear_depth,
+    nape_line,
+    scalp,
+    unrolled,
+)
 from bakery.landmarks import FACE
 from bakery.stages.atlas import make_atlas, make_view, visibility_of
 from bakery.stages.segment import BACKGROUND, HAIR, SKIN, Segmentation
 from bakery.stages.texture.hair import (
     OVAL_EAR,
     Mattes,
+    above_nape,
     before_ears,
     beside_scalp,
     hair_layer,
@@ -207,6 +219,30 @@ def test_the_strip_beside_hair_stays_at_the_hairline():
     near = beside_scalp(growth)[:, 125]
     assert near[:100].min() > 0.9 and near[110:].max() < 0.1
     assert (np.diff(near) <= 1e-6).all(), "it ends softly"
+
+
+def test_ears_that_hardly_stand_out_have_the_usual_place(head):
+    """Of ears close to a broad skull the tips alone stand out: hair would grow down to those."""
+    flat, skin = head.mean.copy(), head.mean[head.part_vertices("skin")]
+    beside = skin[(skin[:, 1] > -70) & (skin[:, 1] < 40), 0].max()
+    broad = flat[:, 1] > 15
+    flat[broad, 0] *= (beside - 6) / flat[broad, 0].max()
+    close = replace(head, name="close", mean=flat)
+    assert_allclose(ear_box(close), ear_box(head), atol=1)
+    assert np.abs(scalp(close) - scalp(head)).mean() < 0.01
+
+
+def test_hair_gets_less_down_to_the_nape(head):
+    atlas = make_atlas(head, 256).take("skin")
+    share, flat = above_nape(head, atlas), unrolled(head)(atlas.at(head.mean))
+    _, behind, low, high = ear_box(head)
+    back = np.abs(flat[:, 0] - np.pi * RADIUS) < 10
+    above = flat[:, 1] - nape_line(head, flat[:, 0])
+    assert share[back & (above > 20)].min() > 0.99 and share[back & (above < -16)].max() < 0.01
+    order = np.argsort(above[back])
+    assert (np.diff(share[back][order]) > -0.02).all()
+    assert share[flat[:, 0] < behind].min() > 0.99, "before the ears, and on them"
+    assert abs(nape_line(head, np.array([BACK]))[0] - (low - 18)) < 1e-6
 
 
 def test_no_hair_grows_on_ears(head, seen):

@@ -34,6 +34,8 @@ BESIDE = 3.0  # mm that the cap ends before a hairline beside the face: single h
 BALD = 22.0  # mm that it ends before bald scalp
 SPARSE = 45.0  # mm from bald scalp up to which hair is sparse
 NARROW = 22.0  # mm: half as wide as bald scalp is at least: less is a high hairline
+# mm that it ends before a nape; rows below the equator, and the cosine behind the ears, from which hair is on one.
+NAPE, LOW, BEHIND = 22.0, (5.0, 11.0), (0.4, 0.8)
 EVEN = 10.0  # mm beside its border in which it has no steps
 RISE = 8.0  # mm over which it rises from its border
 ENDS = 3  # rows above the end of hanging hair at which its core ends
@@ -103,6 +105,7 @@ def cap_surface(shell: Shell, portrait: Portrait) -> tuple[np.ndarray, np.ndarra
     shown = charts.smooth(shell.seen, 5.0) * (1 - aside)
     retreat = np.maximum(np.interp(shown, (0, 1), RETREAT), BESIDE * beside_face(shell, portrait))
     retreat = np.maximum(retreat, BALD * beside_bald(shell))
+    retreat = np.maximum(retreat, NAPE * at_nape(shell))
     inner = charts.smooth(charts.distance_inside(there & ~np.isnan(share) & ~before), 4.0) - retreat
     # Steps of it would be teeth of the border.
     inner = charts.smooth(np.clip(inner, -EVEN, EVEN), 4.0) + np.maximum(inner - EVEN, 0)
@@ -193,6 +196,14 @@ def beside_bald(shell: Shell) -> np.ndarray:
         return np.zeros(bald.shape)
     away = -charts.distance_inside(core) - NARROW
     found: np.ndarray = charts.smooth(smoothstep(SPARSE, 0.0, away), 5.0)
+    return found
+
+
+def at_nape(shell: Shell) -> np.ndarray:
+    """Where hair ends on a neck [ROWS, COLUMNS] 0..1: it is cut shorter down to there, and ends in no line."""
+    behind = smoothstep(*BEHIND, -np.cos(charts.azimuth()))
+    low = smoothstep(*LOW, np.arange(ROWS) + 0.5 - DOME)
+    found: np.ndarray = charts.smooth(behind * low[:, None] * ~in_the_air(shell), 5.0)
     return found
 
 

@@ -12,7 +12,7 @@ from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.curls import Curls
 from bakery.stages.hair.directions import frame
-from bakery.stages.hair.mesh import aside_of, beside_bald, beside_face, body_depth
+from bakery.stages.hair.mesh import aside_of, at_nape, beside_bald, beside_face, body_depth
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
 from bakery.stages.hair.shell import Shell, told
 
@@ -35,6 +35,7 @@ SHADED, LIFTED = 0.2, 0.6
 BESIDE = 0.6  # cosine of the azimuth from which hair is beside the head
 THINS = 0.0, 12.0  # mm within a hairline beside the face over which strands get more
 SPARSE = 4.0, 40.0  # the same within hair that ends at bald scalp
+SHORT = 0.0, 34.0  # the same above a nape
 STREAKS = 1.0  # of the photo's contrast that made-up strands have
 LIT, GLOSS = 0.16, 0.28  # log brightness from below to above, and of the ring of gloss
 DIMMED = 0.1  # log brightness that it loses beside the ring
@@ -293,11 +294,12 @@ class Painter:
         return smoothstep(*FADED, charts.smooth(shown, FADES))
 
     def _full(self):
-        """How many of the strands there are [ROWS, COLUMNS] 0..1: fewer beside the face and bald scalp."""
+        """How many of the strands there are [ROWS, COLUMNS] 0..1: fewer beside face and bald scalp, and at a nape."""
         inside = charts.smooth(charts.distance_inside(self.shell.there > 0.5), 3.0)
         thin = beside_face(self.shell, self.portrait) * (1 - smoothstep(*THINS, inside))
         sparse = beside_bald(self.shell) * (1 - smoothstep(*SPARSE, inside))
-        return 1 - np.maximum(thin, sparse)
+        short = at_nape(self.shell) * (1 - smoothstep(*SHORT, inside))
+        return 1 - np.max([thin, sparse, short], 0)
 
     def _light(self, cells):
         """Log brightness [n] of hair that nobody photographed, by which way it faces: from above, soft."""

@@ -11,7 +11,7 @@ from bakery.geometry.masks import disk
 from bakery.geometry.noise import value_noise
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
-from bakery.heads.scalp import BROW, EYE, ear_box, ear_depth, scalp, unrolled
+from bakery.heads.scalp import BROW, EYE, ear_box, ear_depth, nape_line, scalp, unrolled
 from bakery.landmarks import CHIN, EYE_CORNERS, OVAL, face_size
 from bakery.stages.atlas import Atlas, soften, uv_polygon
 from bakery.stages.hair.portrait import unlike_backdrop, without_glare
@@ -72,6 +72,10 @@ APART = 0.5  # of alpha by which hairs differ where half of them grow: more, and
 # it; and of such scalp around, up to which all hair grows and from which none.
 BALD, BESIDE_BALD, SPARSE = 8, 24, (0.1, 0.7)
 COARSE = 256  # texels a side at which that is found
+NAPE, BEHIND = (
+    (-14.0, 14.0),
+    (10.0, 30.0),
+)  # mm above its line, and behind an ear, over which hair gets less
 FRAY = (0.7, 8.0)  # mm, width and length of hairs at the hairline
 FRAYED = 0.06  # how far they reach over it
 CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
@@ -166,6 +170,15 @@ def before_ears(head: HeadModel, atlas: Atlas) -> np.ndarray:
     return found.astype(np.float32)
 
 
+def above_nape(head: HeadModel, atlas: Atlas) -> np.ndarray:
+    """How many of the hairs [N] 0..1 grow on the texels of an atlas: fewer and fewer down to the nape."""
+    flat = unrolled(head)(atlas.at(head.mean))
+    above = flat[:, 1] - nape_line(head, flat[:, 0])
+    behind = smoothstep(*BEHIND, flat[:, 0] - ear_box(head)[1])
+    found: np.ndarray = 1 - behind * (1 - smoothstep(*NAPE, above))
+    return found
+
+
 def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     """What lies over the skin of the head.
 
@@ -237,7 +250,8 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     noise = atlas.paint(sum(share * locks(along, *size) for *size, share in LOCKS))
     fray = FRAYED * atlas.paint(locks(along, *FRAY))
     dense = smoothstep(0.1, 0.9, grown + fray)
-    line = single_hairs(dense * (1 - smoothstep(*SPARSE, bald_around(growth * (1 - grown)))), rank)
+    dense = dense * (1 - smoothstep(*SPARSE, bald_around(growth * (1 - grown))))
+    line = single_hairs(dense * atlas.paint(above_nape(head, atlas)), rank)
     unseen = (1 - seen) * strip * line * (1 - lost) * (1 - atlas.paint(on_ears(head, atlas)))
     dark = np.log(np.maximum(color, 1e-3))  # dark hair stays dark beside its highlights
     local, close = tone_around(linear, mattes.hair)
