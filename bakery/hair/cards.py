@@ -10,7 +10,8 @@ from bakery.stages.atlas import Atlas, Visibility
 from bakery.stages.hair import make_hair
 from bakery.stages.hair.presence import SQUARE
 from bakery.stages.segment import Segmentation
-from bakery.stages.texture.hair import Mattes, before_ears, forehead, growth_on, loose
+from bakery.stages.texture.growth import before_ears, forehead, growth_on
+from bakery.stages.texture.hair import Mattes, loose
 from bakery.types import Fit, HairMesh, Photo
 
 LOOSE = 64  # share of the atlas around what is cut off that goes with it

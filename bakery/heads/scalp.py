@@ -11,9 +11,8 @@ from bakery.heads.base import HeadModel
 RADIUS = 85.0  # mm, of the cylinder around the mean head that is unrolled
 # Landmarks: end of the left brow, its outer eye corner, hairline, before the left ear.
 BROW, EYE, TOP, TRAGUS = 293, 263, 10, 454
-LEAST_EAR = np.array(
-    [[3.2, -23.7], [31.9, 26.9]]
-)  # mm from TRAGUS, its near lower and its far upper corner
+# mm from TRAGUS, of the near lower and the far upper corner of the built-in head's ear.
+LEAST_EAR = np.array([[3.2, -23.7], [31.9, 26.9]])
 SOFT = 5.0  # mm, of the hairline's blur
 MARGIN = 25.0  # mm that the chart goes on beyond both its ends, more than the blur reaches
 BACK = np.pi * RADIUS + MARGIN  # mm, the chart's end at the middle of the nape

@@ -7,8 +7,6 @@ import pytest
 
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS, STEP
 from bakery.stages.hair.mesh import BALD, NARROW, SPARSE, at_nape, beside_bald
-from bakery.stages.texture.hair import BALD as WIDE
-from bakery.stages.texture.hair import COARSE, bald_around
 
 
 def sparse(rows):
@@ -36,21 +34,6 @@ def test_a_high_hairline_and_skin_around_ears_are_not_bald():
     there[DOME:, 20:80] = 0
     ears = SimpleNamespace(growth=np.ones_like(there), there=there)
     assert beside_bald(ears).max() == 0
-
-
-def test_scalp_that_is_bare_wide_enough_is_bald():
-    size = 4 * COARSE
-    wide, narrow = int(1.5 * size / WIDE), int(0.8 * size / WIDE)
-    bare = np.zeros((size, size), np.float32)
-    bare[size // 4 : size // 4 + wide] = 1
-    found = bald_around(bare)
-    middle = size // 4 + wide // 2
-    assert found.shape == bare.shape and found[middle, size // 2] > 0.9
-    assert found[size // 4, size // 2] == pytest.approx(0.5, abs=0.1)
-    assert found[-size // 4 :].max() < 0.01
-    strip = np.zeros_like(bare)
-    strip[size // 4 : size // 4 + narrow] = 1
-    assert bald_around(strip).max() < 1e-3
 
 
 def test_short_hair_gets_less_at_the_nape_and_hair_that_hangs_does_not():

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from bakery.geometry.mesh import vertex_normals
 from bakery.heads.scalp import ear_box, ear_depth, unrolled
 from bakery.stages.atlas import make_atlas
-from bakery.stages.texture.hair import OVAL_EAR
+from bakery.stages.texture.growth import OVAL_EAR
 from bakery.stages.texture.hairline import (
     CAP,
     GOES_ON,

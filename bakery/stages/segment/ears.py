@@ -57,12 +57,11 @@ def _covered(top, color):
     border = (cv2.dilate(ear.astype(np.uint8), BORDER) > 0) & ~ear
     like = color[ear][:, 0] < np.median(color[skin][:, 0]) - PALER
     for channels in (2, 3):  # by hue, and by luminance too: black hair has any hue
-        unlike_hair, unlike_skin = (
+        (to_hair, of_hair), (to_skin, of_skin) = (
             _apart(color[ear][:, :channels], color[of][:, :channels], spread[:channels])
             for of, spread in ((hair, HAIR_SPREAD), (skin, SKIN_SPREAD))
         )
-        like &= sum(unlike_hair) < sum(unlike_skin)
-        like &= unlike_hair[0] < FOREIGN
+        like &= (to_hair + of_hair < to_skin + of_skin) & (to_hair < FOREIGN)
     if like.mean() * hair[border].mean() < COVERED:
         return np.zeros_like(ear)
     share = np.zeros(ear.shape, np.float32)
@@ -72,8 +71,9 @@ def _covered(top, color):
 
 
 def _apart(colors, of, spread):
-    """How unlike colours [N, C] are to those [M, C] of a class: their squared distance, and what the
-    class's own spread adds to make it twice the negative log likelihood, but for a constant.
+    """Squared distance [N] of colours [N, C] from those [M, C] of a class, and the log of its volume.
+
+    Their sum is twice the negative log likelihood, but for a constant.
     """
     covariance = np.cov(of.T) + np.diag(np.square(spread))
     off = colors - np.median(of, 0)

@@ -11,8 +11,7 @@ from bakery.geometry.masks import disk
 from bakery.geometry.noise import value_noise
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
-from bakery.heads.scalp import BROW, EYE, ear_box, ear_depth, nape_line, scalp, unrolled
-from bakery.landmarks import CHIN, EYE_CORNERS, OVAL, face_size
+from bakery.landmarks import EYE_CORNERS, OVAL, face_size
 from bakery.stages.atlas import Atlas, soften, uv_polygon
 from bakery.stages.hair.portrait import unlike_backdrop, without_glare
 from bakery.stages.hair.presence import trusted, weighed
@@ -33,6 +32,15 @@ from bakery.stages.segment import (
     Segmentation,
 )
 from bakery.stages.segment.refine import EYES_APART
+from bakery.stages.texture.growth import (
+    above_nape,
+    above_the_neck,
+    bald_around,
+    beside_scalp,
+    forehead,
+    growth_on,
+    on_ears,
+)
 from bakery.stages.texture.hairtone import from_both, tone_around, tone_of
 
 HAIR_STRIP = (0.07, 0.13)  # of the eye distance, from hair: no skin is taken, all is taken
@@ -40,16 +48,11 @@ SHOWN_STRIP = (0.18, 0.13)  # the layer shows none, all: wider, so that nothing 
 HALO = (0.015, 0.04)  # of the eye distance, from the background: its light is on what is nearer
 HINGE = (1.0, 3.5)  # mm from glasses: none of hair and its strip is taken, all is
 SPECK = 0.04  # of the eye distance, side of the largest hole in hair that is taken for a mistake
-HAIRLINE = 1 / 25  # of the atlas's side: twice how far off the scalp a hairline's strip reaches
-UP_TO_SCALP = 1.08  # of the face's contour: between it and the scalp nothing gapes
-JAW = 20.0  # mm above the chin, where the layer has gone
 # Cosine: at a slant the photo says where hair is, not how it looks: a pixel is a streak.
 LOOK = (0.2, 0.45)
 STRANDS = (0.45, 0.2)  # of hair they are sooner: none from the first on, all up to the second
 # Cosine: on the skin a few mm of the fit are centimetres of hair that is drawn.
 SQUARE = (0.1, 0.45)
-SIDEBURN = (-14.0, -2.0)  # mm above the middle of an ear, up to which the layer shows none, all
-LOBE = 6.0  # mm before an ear from which it shows all
 # Cosine: at a slant what the labels tell of a hairline is a comb: as told from the first on, smooth up to
 # the second.
 RAGGED = (0.7, 0.4)
@@ -63,19 +66,9 @@ ON_SKIN = (89.0, 82.0)  # degrees: off the scalp the photo says nothing beyond t
 BESIDE = 40  # share of the atlas that the layer fades out on, beyond what was seen
 CRACK = 80  # share of the atlas that cracks between what the labels tell are wide, at most
 LINE = 110  # share of the atlas over which a hairline is smooth
-OVAL_EAR = 2.5  # exponent of an ear's outline: in the corners of its box hair grows
-STANDS = 2.0  # mm off the skull's side, from which skin is of an ear
-UPPER = 0.6  # share of an ear's height, from where on that tells; below it is a shell's hollow
 HAIRS = (0.4, 4.0)  # mm, width and length of single hairs
 APART = 0.5  # of alpha by which hairs differ where half of them grow: more, and the line is a comb
-# Share of the atlas that bald scalp is wide at least, for less is a high hairline; over which hair is sparse beside
-# it; and of such scalp around, up to which all hair grows and from which none.
-BALD, BESIDE_BALD, SPARSE = 8, 24, (0.1, 0.7)
-COARSE = 256  # texels a side at which that is found
-NAPE, BEHIND = (
-    (-14.0, 14.0),
-    (10.0, 30.0),
-)  # mm above its line, and behind an ear, over which hair gets less
+SPARSE = 0.1, 0.7  # of bald scalp around, up to which all hair grows and from which none
 FRAY = (0.7, 8.0)  # mm, width and length of hairs at the hairline
 FRAYED = 0.06  # how far they reach over it
 CROWN = np.array([0.0, 0.94, -0.34], np.float32)  # from the middle of the skull
@@ -144,41 +137,6 @@ def _large(mask, area):
     return mask & (found[:, cv2.CC_STAT_AREA] > area)[number]
 
 
-def growth_on(head: HeadModel, atlas: Atlas) -> np.ndarray:
-    """The scalp on an atlas of the skin: [T, T] 0..1."""
-    return atlas.paint(atlas.at(scalp(head)[:, None])[:, 0])
-
-
-def forehead(head: HeadModel, size: int) -> np.ndarray:
-    """1 within the face's contour above the brows [T, T] float32, 0 from the eyes down.
-
-    It is seen squarely: what of hair lies on it, a photo shows as it is.
-    """
-    eye, brow = (head.landmark_uv()[mark, 1] for mark in (EYE, BROW))
-    down = (np.arange(size) + 0.5) / size
-    inside = cv2.GaussianBlur(uv_polygon(head, OVAL, UP_TO_SCALP, size), (0, 0), size / 200)
-    return (inside * smoothstep(eye, brow, down)[:, None]).astype(np.float32)
-
-
-def before_ears(head: HeadModel, atlas: Atlas) -> np.ndarray:
-    """1 on the skin before the ears and above their middle [T, T] float32, where sideburns are."""
-    flat = unrolled(head)(atlas.at(head.mean))
-    front, _, low, high = ear_box(head)
-    middle = (low + high) / 2
-    above = smoothstep(*(middle + np.array(SIDEBURN)), flat[:, 1])
-    found: np.ndarray = atlas.paint(above * smoothstep(front, front - LOBE, flat[:, 0]))
-    return found.astype(np.float32)
-
-
-def above_nape(head: HeadModel, atlas: Atlas) -> np.ndarray:
-    """How many of the hairs [N] 0..1 grow on the texels of an atlas: fewer and fewer down to the nape."""
-    flat = unrolled(head)(atlas.at(head.mean))
-    above = flat[:, 1] - nape_line(head, flat[:, 0])
-    behind = smoothstep(*BEHIND, flat[:, 0] - ear_box(head)[1])
-    found: np.ndarray = 1 - behind * (1 - smoothstep(*NAPE, above))
-    return found
-
-
 def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     """What lies over the skin of the head.
 
@@ -198,7 +156,7 @@ def hair_layer(linear, mattes, head, atlas, visibility, square=SQUARE):
     # The strip is of a hairline, or of what a fringe hangs on, not of a cheek.
     strip = np.maximum(beside_scalp(growth), forehead(head, atlas.size))
     here, bare, edge = (bilinear(m, pixels) for m in (mattes.hair, mattes.skin, mattes.strip))
-    on_head = _above_the_neck(head, atlas)
+    on_head = above_the_neck(head, atlas)
     here, edge = here * on_head, edge * on_head
     # Background that a skull too large shows is no proof of a bald head.
     whole = _without_cracks(atlas.paint(here + edge + bare)).reshape(-1)[atlas.index]
@@ -292,46 +250,6 @@ def _without_cracks(known):
     return cv2.morphologyEx(known, cv2.MORPH_CLOSE, disk(width / 2))
 
 
-def beside_scalp(growth: np.ndarray) -> np.ndarray:
-    """Where [T, T] 0..1 the strip of skin beside hair belongs to a hairline, not to a cheek.
-
-    Args:
-        growth: [T, T] 0..1, the scalp.
-    """
-    width = int(HAIRLINE * len(growth)) | 1
-    near: np.ndarray = cv2.GaussianBlur(cv2.dilate(growth, disk(width / 2)), (0, 0), width / 6)
-    return near
-
-
-def bald_around(bare: np.ndarray) -> np.ndarray:
-    """How much of what is around is bald scalp [T, T] 0..1, by the scalp that has no hair [T, T] 0..1.
-
-    Beside it hair is sparse; a high hairline leaves a narrow strip bare, and may be dense.
-    """
-    size = len(bare)
-    small = cv2.resize(bare.astype(np.float32), (COARSE, COARSE), interpolation=cv2.INTER_AREA)
-    wide = cv2.morphologyEx(small, cv2.MORPH_OPEN, disk(COARSE / BALD / 2))
-    soft = cv2.GaussianBlur(wide, (0, 0), COARSE / BESIDE_BALD)
-    return cv2.resize(soft, (size, size), interpolation=cv2.INTER_LINEAR)
-
-
-def on_ears(head: HeadModel, atlas: Atlas) -> np.ndarray:
-    """1 on the ears [n] float32, where no hair grows.
-
-    Above and before their upper part, it grows up to where they stand out of the skull.
-    """
-    points = atlas.at(head.mean)
-    flat = unrolled(head)(points)
-    box = ear_box(head)
-    ear = ear_depth(flat, box, OVAL_EAR) < 1
-    out = np.abs(points[:, 0])
-    skull = diffuse(atlas.paint(out)[..., None], atlas.paint(~ear).astype(np.float32))
-    stands = out - skull[..., 0].reshape(-1)[atlas.index] > STANDS
-    low, high = box[2:]
-    below = flat[:, 1] < low + UPPER * (high - low)
-    return (ear & (stands | below)).astype(np.float32)
-
-
 def loose(here: np.ndarray, growth: np.ndarray) -> np.ndarray:
     """Where hair [T, T] is of patches that do not reach the scalp, 0 or 1.
 
@@ -344,12 +262,6 @@ def loose(here: np.ndarray, growth: np.ndarray) -> np.ndarray:
     held = np.unique(patch[growth > 0.5])
     lost = ((patch > 0) & ~np.isin(patch, held)).astype(np.float32)
     return cv2.dilate(lost, np.ones((5, 5)))
-
-
-def _above_the_neck(head, atlas):
-    """1 on the head, 0 on the neck, [N]: hair on the neck hangs from the head, which turns alone."""
-    chin = head.landmarks(head.mean)[CHIN, 1].mean()
-    return smoothstep(chin, chin + JAW, atlas.at(head.mean)[:, 1])
 
 
 def both_sides(values, seen):

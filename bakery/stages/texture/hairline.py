@@ -12,17 +12,8 @@ from bakery.geometry.mesh import vertex_normals
 from bakery.geometry.sample import bilinear
 from bakery.heads.base import HeadModel
 from bakery.stages.atlas import Atlas, make_atlas
-from bakery.stages.texture.hair import (
-    HAIRS,
-    before_ears,
-    beside_scalp,
-    growth_on,
-    locks,
-    on_ears,
-    ranked,
-    single_hairs,
-    strands,
-)
+from bakery.stages.texture.growth import before_ears, beside_scalp, growth_on, on_ears
+from bakery.stages.texture.hair import HAIRS, locks, ranked, single_hairs, strands
 from bakery.types import HAIR_KINDS, Camera, HairMesh
 
 CAP = HAIR_KINDS.index("cap")

@@ -27,11 +27,12 @@ TINT = np.array([0.8, 1.1, 1.15], np.float32)
 class Openness(NamedTuple):
     """How much light reaches each vertex of the skin; 1 off the skin."""
 
-    # [V] float32 0..1, of the light from everywhere that a surface so turned has in the open
-    everywhere: np.ndarray
+    everywhere: (
+        np.ndarray
+    )  # [V] float32 0..1, share of the light from everywhere, by the cosine to the normal
     above: (
         np.ndarray
-    )  # [V] float32 from 0, of the light from above, over what an upright wall has of it
+    )  # [V] float32, of the light from above, over what an upright wall in the open has
 
 
 def openness(head: HeadModel, vertices: np.ndarray) -> Openness:
