@@ -25,6 +25,9 @@ SLANTING = (75.0, 55.0)  # degrees from which on tones are not believed, and up 
 SQUARE = (0.45, 0.75)  # cosine to the line of sight, from which the photo's light is kept
 FALLOFF = 0.1  # log of light, beyond the rim at most
 COARSE = 256  # texels of the picture in which light goes on from the face
+# Of the face's contour, beyond which the head shelters skin: in the texture, and in what the albedo is divided by.
+# At a jaw's rim the photo has an edge of its own, which would be a pale line in another light.
+FROM_JAW, FROM_NECK = 1.0, 1.22
 SHELTERED = 0.25  # of the light from above, is left everywhere
 MIDDLE = 0.55  # of the face's contour: within, sockets and sides of a nose are dark by nature, and believed
 PALER = 0.6  # log of red over blue: skin of one face, in all its parts, differs less
@@ -89,7 +92,9 @@ def photo_shade(fit: Fit, head: HeadModel, vertices: np.ndarray, atlas: Atlas) -
 
 
 def photo_light(fit: Fit, head: HeadModel, vertices: np.ndarray, atlas: Atlas) -> np.ndarray:
-    """What an avatar keeps of a photo's light: [T, T, 3] float32, 1 off the atlas; arguments as above.
+    """What an albedo has not of an avatar's texture: the photo's light [T, T, 3] float32, 1 off the atlas.
+
+    Arguments as above.
 
     Where the photo sees the face squarely that is its shading. Beside it light falls off further: a thin
     rim in the photo, a dull cheek when the avatar turns. There the light at the rim goes on, with FALLOFF,
@@ -97,7 +102,8 @@ def photo_light(fit: Fit, head: HeadModel, vertices: np.ndarray, atlas: Atlas) -
     """
     normals = _seen_normals(fit, head, vertices, atlas)
     reached = _reached(head, vertices, atlas)
-    return _held_light(shading(normals, fit.light), normals[:, 2], reached, head, atlas)[0]
+    shade = shading(normals, fit.light)
+    return _held_light(shade, normals[:, 2], reached, head, atlas, FROM_NECK)[0]
 
 
 def _reached(head, vertices, atlas):
@@ -105,11 +111,12 @@ def _reached(head, vertices, atlas):
     return Openness(*atlas.at(np.stack(openness(head, vertices), 1)).T)
 
 
-def _held_light(shade, cosine, reached, head, atlas):
+def _held_light(shade, cosine, reached, head, atlas, within):
     """`photo_light` [T, T, 3] of shading [N, 3] and the cosine [N] to the line of sight, on an atlas.
 
     Args:
         reached: Openness of the texels. Folds, which no light reaches, are none of this.
+        within: of the face's contour, where nothing shelters skin.
 
     Returns:
         That, and what of it [T, T] is left of the light from above beside the face, over that at its rim.
@@ -122,7 +129,8 @@ def _held_light(shade, cosine, reached, head, atlas):
     square *= inner_face(head, atlas.size, 1.0)
     rim, rim_sky = _gone_on(np.stack([log, sky], 2), square)
     held = rim + soft_limit(log - rim, FALLOFF)
-    shelter = np.exp(np.minimum(sky - rim_sky, 0) * (1 - square) * on_skin)
+    beside = (1 - inner_face(head, atlas.size, within)) * on_skin
+    shelter = np.exp(np.minimum(sky - rim_sky, 0) * beside)
     kept = np.exp(held + square * (log - held)) * shelter * on_skin + (1 - on_skin)
     return np.repeat(kept[..., None], 3, 2).astype(np.float32), shelter
 
@@ -229,7 +237,7 @@ def unwrap_albedo(
     shade = shading(normals, fit.light)
     on_skin = atlas.paint(np.ones(len(pixels), np.float32))
     reached = _reached(head, vertices, atlas)
-    light, shelter = _held_light(shade, normals[:, 2], reached, head, atlas)
+    light, shelter = _held_light(shade, normals[:, 2], reached, head, atlas, FROM_JAW)
     shade = shade * shelter.reshape(-1)[atlas.index, None]
     albedo = atlas.paint(np.float32(reflectance(color, shade)))
     slant = atlas.paint(1 - visibility.weight(*GRAZING))
