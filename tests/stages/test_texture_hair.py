@@ -10,13 +10,7 @@ from bakery.geometry.color import LUMA
 from bakery.geometry.sample import bilinear
 from bakery.hair.cards import CardHair
 from bakery.hair.layer import HairLayer
-from bakery.heads.scalp import (
-    BROW,
-    EYE,
-    ear_box,
-    scalp,
-    unrolled,
-)
+from bakery.heads.scalp import BROW, EYE, ear_box, scalp, unrolled
 from bakery.stages.atlas import make_atlas, make_view, visibility_of
 from bakery.stages.segment import BACKGROUND, HAIR, SKIN, Segmentation
 from bakery.stages.texture.growth import before_ears, on_ears

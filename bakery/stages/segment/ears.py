@@ -45,10 +45,9 @@ def covered(top: np.ndarray, picture: np.ndarray) -> np.ndarray:
 def _covered(top, color):
     """`covered` of one side, by labels [H, W] and colours [H, W, 3]."""
     ear = top == portrait.EARS
-    rows = np.flatnonzero(ear.any(1))
     if ear.sum() < LEAST:
         return np.zeros_like(ear)
-    around = np.ones((2 * (len(rows) // 2) + 1,) * 2, np.uint8)
+    around = np.ones((2 * (int(ear.any(1).sum()) // 2) + 1,) * 2, np.uint8)  # as wide as it is tall
     near = cv2.dilate(ear.astype(np.uint8), around) > 0
     hair = near & (top == portrait.HAIR)
     skin = near & np.isin(top, (portrait.SKIN, portrait.NECK))

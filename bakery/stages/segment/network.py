@@ -73,9 +73,11 @@ def classify(window: Window) -> Found:
     _take_over(shares, portrait.HAIR, portrait.BACKGROUND, ends)
 
     _settle_classes(shares, window.small, points, radius)
-    hair = ears.covered(surest(shares), window.small)
+    top = surest(shares)
+    hair = ears.covered(top, window.small)
     _take_over(shares, portrait.EARS, portrait.HAIR, hair)
-    labels = LABEL_OF[surest(shares)]
+    top[hair] = portrait.HAIR
+    labels = LABEL_OF[top]
     glasses, clear = _eyewear(window.small, labels, points, radius)
     thing = (labels == THING) & (radius < 1.25)
     body = shares[list(portrait.BODY)].sum(0) + shares[portrait.LENS] * clear

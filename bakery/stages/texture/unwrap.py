@@ -49,7 +49,7 @@ class PartialAlbedo:
     seen: np.ndarray  # [T, T] float32 0..1: how surely the photo shows bare skin there
     even: np.ndarray  # [T, T] float32 0..1: 1 where it is seen squarely and in no cast shadow
     plain: np.ndarray  # [T, T] float32 0..1: 0 where brows, beard or lips are dark by nature
-    light: np.ndarray  # [T, T, 3] float32: what an avatar keeps of the photo's, see `photo_light`
+    light: np.ndarray  # [T, T, 3] float32: what an avatar keeps of the photo's, see `_held_light`
     openness: np.ndarray  # [T, T] float32 0..1, of the light from everywhere (`occlusion.Openness`)
     on_skin: np.ndarray  # [T, T] float32: 1 on the charts of the skin
 
