@@ -190,8 +190,12 @@ def test_unseen_hair_is_lit_from_above(curtains):
     portrait, shell = curtains
     painter = Painter(portrait, shell, flow(portrait, shell, *photographed(portrait))[0])
     back = np.array([[2.0, 4.0], [2.0, 14.0], [2.0, 26.0]])  # crown, ring of gloss, below it
-    light = painter._light(back)
+    light = painter._light(back, np.zeros(3))
     assert light[1] > light[2] + 0.1 and np.abs(light).max() < 0.4
+    # The ring is higher or lower on a lock, by its brightness.
+    rows = np.stack([np.full(60, 2.0), np.linspace(6, 26, 60)], -1)
+    rings = [painter._light(rows, np.full(60, lock)).argmax() for lock in (-0.3, 0.0, 0.3)]
+    assert rings[0] < rings[1] < rings[2]
 
 
 def test_a_shaded_rim_does_not_colour_all_of_a_side(curtains):

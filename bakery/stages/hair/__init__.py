@@ -64,7 +64,7 @@ def make_hair(
     curls = take_curls(portrait, curly) if curly > 0 else None
     longest = (LONGEST + curly * (CURLED - LONGEST)) if long else SHORT
     wisps = grow(shell, ways, CARDS, WIDTH, longest)
-    return _assembled(Painter(portrait, shell, ways, curls), wisps, chin, size)
+    return _assembled(Painter(portrait, shell, ways, curls, longest), wisps, chin, size)
 
 
 def _like_skin(portrait: Portrait) -> bool:

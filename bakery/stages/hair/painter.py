@@ -12,6 +12,7 @@ from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.curls import Curls
 from bakery.stages.hair.directions import frame
+from bakery.stages.hair.locks import lock_at, lock_contrast, make_locks
 from bakery.stages.hair.mesh import aside_of, at_nape, beside_bald, beside_face, body_depth
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
 from bakery.stages.hair.shell import Shell, told
@@ -39,6 +40,7 @@ SHORT = 0.0, 34.0  # the same above a nape
 STREAKS = 1.0  # of the photo's contrast that made-up strands have
 LIT, GLOSS = 0.16, 0.28  # log brightness from below to above, and of the ring of gloss
 DIMMED = 0.1  # log brightness that it loses beside the ring
+BROKEN = 30.0  # degrees that the ring is higher or lower on a lock, by its log brightness
 RING = 42.0, 15.0  # degrees above the horizon that hair faces where the gloss is, and its width
 INNER_SIDE = 0.35  # how much of the photo shows on hair that it sees from within, in the dark
 SLANT = (0.25, 0.5)  # cosine to the camera: the photo is not shown up to it, and all from it on
@@ -60,11 +62,13 @@ class Painter:
         shell: Shell,
         flow: np.ndarray,
         curls: Curls | None = None,
+        longest: float = 100.0,
     ) -> None:
         """
         Args:
             flow: [ROWS, COLUMNS, 3] from root to tip.
             curls: None is straight hair.
+            longest: mm of wisps.
         """
         self.portrait, self.shell, self.flow = portrait, shell, flow
         self.curls = curls
@@ -78,6 +82,9 @@ class Painter:
         self.even = self._even()
         self.tone = self._tone()
         self.energy = self._energy()
+        contrast = lock_contrast(portrait, shell, self.cosine)
+        contrast *= 1 - curls.share if curls else 1.0  # the tile has that of curls
+        self.locks = contrast * make_locks(shell, flow, longest)
         self.carving = self._carving()
         self.full = self._full()
         self.aside = np.broadcast_to(aside_of(shell, portrait), (ROWS, COLUMNS))
@@ -222,11 +229,12 @@ class Painter:
         picture, shown, cosine = self._shown(points, cells, skin)
         tone = shell.chart.take(self.tone, cells)
         unseen = shell.chart.take(self.unseen, cells)
-        light = unseen * self._light(cells)
+        lock = lock_at(self.locks, cells)
+        light = unseen * self._light(cells, lock)
         detail = STREAKS * self.energy * streak
         if curl is not None:
             detail = detail + self.curls.share * (curl - detail)
-        level = light + (1 + light) * detail
+        level = light + (1 + light) * detail + lock
         made = np.exp(tone + (np.log(SHADE) * unseen + level)[:, None])
         # A side that is hardly seen looks as the other one does, in its own tone.
         there = charts.mirrored(cells)
@@ -301,11 +309,14 @@ class Painter:
         short = at_nape(self.shell) * (1 - smoothstep(*SHORT, inside))
         return 1 - np.max([thin, sparse, short], 0)
 
-    def _light(self, cells):
-        """Log brightness [n] of hair that nobody photographed, by which way it faces: from above, soft."""
+    def _light(self, cells, lock):
+        """Log brightness [n] of hair that nobody photographed, by which way it faces: from above, soft.
+
+        The ring of gloss breaks from lock [n] to lock.
+        """
         normal = self.shell.chart.take(self.normals, cells)
         up = normal[:, 1] / np.maximum(np.linalg.norm(normal, axis=-1), 1e-6)
-        off = (np.degrees(np.arcsin(np.clip(up, -1, 1))) - RING[0]) / RING[1]
+        off = (np.degrees(np.arcsin(np.clip(up, -1, 1))) - RING[0] + BROKEN * lock) / RING[1]
         return LIT * up + GLOSS * np.exp(-(off**2)) - DIMMED
 
     def _cosine(self, points, cells):

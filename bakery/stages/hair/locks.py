@@ -1,0 +1,101 @@
+"""Lights and darks of whole locks: noise along the flow, the same for neighbouring cards and the cap."""
+
+import cv2
+import numpy as np
+
+from bakery.geometry.color import LUMA
+from bakery.geometry.fill import normalized_blur
+from bakery.geometry.sample import bilinear
+from bakery.stages.hair import chart as charts
+from bakery.stages.hair.chart import COLUMNS, ROWS
+from bakery.stages.hair.portrait import Portrait
+from bakery.stages.hair.shell import Shell
+
+FINER = 4  # cells of the noise a cell of the chart, either way
+WAVES = 48  # that the noise is the sum of
+ACROSS = 7.0, 26.0  # mm, their lengths
+DRAWN, PACE = 0.3, 3.0  # of a wisp's length that it is drawn out either way, and mm of a step
+BAND = 1.5, 9.0  # mm: finer is wisps, wider is light and shadow
+SQUARE = 0.6  # cosine to the camera from which the photo's contrast is its hair's
+FEWEST = 150.0  # mm^2 of hair that tell it
+USUAL = 0.2  # standard deviation of log brightness where they do not
+RANGE = 0.06, 0.4  # that it is held to
+
+
+def make_locks(shell: Shell, flow: np.ndarray, longest: float, seed: int = 7) -> np.ndarray:
+    """Noise of mean 0 and variance 1 that hardly changes along the flow.
+
+    Args:
+        flow: [ROWS, COLUMNS, 3] from root to tip.
+        longest: mm of wisps.
+
+    Returns:
+        [ROWS * FINER, COLUMNS * FINER] float32, see `lock_at`.
+
+    References:
+        Cabral and Leedom, "Imaging vector fields using line integral convolution", SIGGRAPH 1993.
+    """
+    tall, wide = ROWS * FINER, COLUMNS * FINER
+    x, y = np.meshgrid(np.arange(wide), np.arange(tall))
+    cells = (np.stack([x, y], -1) + 0.5) / FINER
+    points = shell.surface(cells, 1.0)
+    noise = _waves(points, np.random.default_rng(seed))
+    ahead, _ = shell.chart.cell(points + PACE * shell.chart.take(flow, cells))
+    step = ahead - cells
+    step[..., 0] = (step[..., 0] + COLUMNS / 2) % COLUMNS - COLUMNS / 2
+    step = step.astype(np.float32) * FINER
+    grid = np.stack([x, y], -1).astype(np.float32)
+    total = noise.copy()
+    for sign in (1, -1):
+        place = grid
+        for _ in range(round(DRAWN * longest / PACE)):
+            place = place + sign * _around(step, place)
+            total += _around(noise, place)
+    total -= total.mean()
+    return total / max(float(total.std()), 1e-6)
+
+
+def lock_at(locks: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Noise [n] of `make_locks` at cells [n, 2]."""
+    padded = np.pad(locks, ((0, 0), (1, 1)), "wrap")
+    found: np.ndarray = bilinear(padded, cells * FINER + [1.0, 0.0])
+    return found
+
+
+def lock_contrast(portrait: Portrait, shell: Shell, cosine: np.ndarray) -> float:
+    """Standard deviation of log brightness of locks in the photo.
+
+    Args:
+        cosine: [ROWS, COLUMNS] between the shell's normal and the line of sight.
+    """
+    hair = (portrait.hair > 0.95).astype(np.float32)
+    gray = np.log(np.maximum(portrait.color @ LUMA.astype(np.float32), 2e-3)).astype(np.float32)
+    narrow, wide = (normalized_blur(gray, hair, mm * portrait.scale) for mm in BAND)
+    pixels, _ = portrait.pixels(shell.surface(charts.grid(), 1.0))
+    seen = shell.seen * (cosine > SQUARE) * portrait.inside(pixels)
+    seen = seen * (bilinear(hair, pixels) > 0.5)
+    # Cells count by their area in the photo, about.
+    share = seen * np.maximum(cosine, 0) * np.prod(shell.sides(), 0)
+    if share.sum() < FEWEST:
+        return USUAL
+    detail = (narrow - wide) ** 2 * hair
+    variance = (bilinear(detail, pixels) * share).sum() / share.sum()
+    return float(np.clip(np.sqrt(variance), *RANGE))
+
+
+def _waves(points, rng):
+    """The same in all directions: a sum of plane waves in space."""
+    way = rng.normal(size=(WAVES, 3))
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    length = np.exp(rng.uniform(*np.log(ACROSS), WAVES))
+    phase = rng.uniform(0, 2 * np.pi, WAVES)
+    turn = points.astype(np.float32) @ (way * (2 * np.pi / length)[:, None]).T.astype(np.float32)
+    return np.cos(turn + phase.astype(np.float32)).sum(-1) * np.float32((2 / WAVES) ** 0.5)
+
+
+def _around(values, place):
+    """Values [h, w(, 2)] at places [h, w, 2], x and y; columns go around."""
+    wide = values.shape[1]
+    padded = np.pad(values, ((0, 0), (0, 1)) + ((0, 0),) * (values.ndim - 2), "wrap")
+    x = place[..., 0] % np.float32(wide)
+    return cv2.remap(padded, x, place[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
