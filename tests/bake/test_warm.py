@@ -11,6 +11,7 @@ import pytest
 SAMPLE = Path(__file__).resolve().parents[2] / "samples" / "fumiko.jpg"
 
 
+@pytest.mark.slow
 def test_it_says_that_all_is_ready_and_leaves_nothing(bakery, tmp_path, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr(tempfile, "tempdir", None)  # read the variable again

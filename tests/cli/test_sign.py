@@ -12,7 +12,10 @@ from bakery.formats.files import digest_file
 from bakery.formats.image import encode_image, read_photo
 from bakery.formats.mark import IPTC, PNG_XMP, packet, with_texts
 
-SMALL = ["--preset", "small", "--set", "texture.mouths=3", "--set", "texture.views=[0.0]"]
+FEW = [
+    "--preset", "small", "--expressions", Path(__file__).parents[1] / "few.toml",
+    "--generator", "rendered", "--hair", "none", "--set", "texture.views=[0.0]",
+]  # fmt: skip
 AI = IPTC + "trainedAlgorithmicMedia"
 
 
@@ -136,7 +139,7 @@ def test_places_are_asked_for_before_anything_is_written(sealed, bundle, bakery,
 
 def test_build_signs_what_it_bakes(bakery, portrait, signer, authority, tmp_path):
     out = tmp_path / "a.avatar"
-    words = "build", portrait[0], "--landmarks", portrait[1], "-o", out, *SMALL
+    words = "build", portrait[0], "--landmarks", portrait[1], "-o", out, *FEW
     other = authority.signer("another")
     done = bakery(*words, "--sign", signer.chain, other.key)
     one_line(done, "is not the key of")
@@ -173,7 +176,7 @@ def test_a_portrait_that_says_it_is_made_by_ai_keeps_its_mark(bakery, portrait, 
         )
     out = tmp_path / "a.avatar"
     done = bakery(
-        "build", photo, "--landmarks", portrait[1], "-o", out, *SMALL,
+        "build", photo, "--landmarks", portrait[1], "-o", out, *FEW,
         "--sign", signer.chain, signer.key,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

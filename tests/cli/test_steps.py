@@ -61,7 +61,7 @@ def step_by_step(process, bakery, photo, folder, options, marks=None, *last):
     [
         pytest.param("default", marks=pytest.mark.slow),  # 80 s: two whole bakes
         pytest.param("fit table, no hair", marks=pytest.mark.slow),
-        "fit table, other generator",
+        pytest.param("fit table, other generator", marks=pytest.mark.slow),
         "fit table, plug-ins",
     ],
 )

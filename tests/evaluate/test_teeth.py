@@ -1,7 +1,10 @@
 """Teeth beside the true ones, measured."""
 
+from functools import partial
 from pathlib import Path
 
+from bakery.bake.subject import FittedSubject
+from bakery.cli.options import build_options
 from bakery.evaluate import teeth
 from bakery.evaluate.detection import lips
 from bakery.formats.record import read_faces
@@ -21,7 +24,9 @@ def test_means_leave_out_what_was_not_seen():
     assert teeth.summary([row, other])["hidden"] == {"psnr": 21, "gradient": 0.75, "light": 0.9}
 
 
-def test_a_painted_face_is_measured(portrait, head, tmp_path):
+def test_a_painted_face_is_measured(portrait, head, tmp_path, monkeypatch):
+    small = partial(FittedSubject, options=build_options("small", ["texture.resolution=512"]))
+    monkeypatch.setattr(teeth, "FittedSubject", small)
     _, (face,) = read_faces(portrait[1])
     points = face.points.copy()
     points[LIPS_INNER[1:10], 1] += 0.15 * lips.width(points)  # as if its lips were open

@@ -87,7 +87,8 @@ def texel_chart(head, basis, atlas):
     """Chart coordinates [N, 2] of the texels of an atlas; -1 on faces that lie across its two ends, behind."""
     places = vertex_chart(head, basis)
     out = atlas.at(places)
-    out[np.ptp(places[atlas.corners, 0], axis=1) > 0.5] = -1
+    across = np.ptp(places[head.faces, 0], axis=1) > 0.5
+    out[across[atlas.face]] = -1
     return out
 
 

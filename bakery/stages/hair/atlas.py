@@ -7,6 +7,7 @@ import numpy as np
 
 from bakery.geometry.fill import smoothstep
 from bakery.stages.hair.chart import COLUMNS
+from bakery.stages.hair.locks import drawn_out
 from bakery.stages.hair.pattern import curl_alpha, strand_alpha, streaks
 from bakery.stages.hair.portrait import at
 from bakery.stages.hair.shell import Shell, in_the_air
@@ -190,7 +191,7 @@ def paint_cap(painter, surface, cap_map, size, texture, direction, source):
     # Texels a cell, there: what lies ahead may be beyond the seam.
     step = step * (cap_map.places(near) - places) / np.where(near == cells, 1, near - cells)
     step = step * [size, tall]  # texels a mm
-    noise = _drawn_out(step.reshape(tall, size, 2).astype(np.float32))
+    noise = _cap_streaks(step.reshape(tall, size, 2).astype(np.float32))
     curl = painter.curled(points, cells)
     color, shown, _ = painter.color(points, cells, noise.reshape(-1), curl, skin=True)
     made = color * (0.85 + 0.15 * shown[:, None])
@@ -201,22 +202,10 @@ def paint_cap(painter, surface, cap_map, size, texture, direction, source):
     source[:tall] = np.where(shown > 0.5, OBSERVED, INFERRED).reshape(tall, size)
 
 
-def _drawn_out(step, length=16):
-    """Noise [h, w] drawn out along steps [h, w, 2] texels (line integral convolution).
-
-    References:
-        Cabral and Leedom, "Imaging vector fields using line integral convolution", SIGGRAPH 1993.
-    """
-    tall, wide = step.shape[:2]
-    noise = np.random.default_rng(11).normal(size=(tall, wide)).astype(np.float32)
+def _cap_streaks(step, length=16):
+    """Noise [h, w] drawn out along steps [h, w, 2] texels a mm."""
+    noise = np.random.default_rng(11).normal(size=step.shape[:2]).astype(np.float32)
     noise = cv2.GaussianBlur(noise, (0, 0), 0.6)
-    grid = np.stack(np.meshgrid(np.arange(wide), np.arange(tall)), -1).astype(np.float32)
-    total = noise.copy()
-    for sign in (1, -1):
-        place = grid.copy()
-        for _ in range(length):
-            move = cv2.remap(step, place % np.float32([wide, 1e9]), None, cv2.INTER_LINEAR)
-            place = place + sign * np.clip(move, -3, 3)
-            total += cv2.remap(noise, place % np.float32([wide, 1e9]), None, cv2.INTER_LINEAR)
+    total = drawn_out(noise, np.clip(step, -3, 3), length)
     total -= cv2.GaussianBlur(total, (0, 0), 12)
     return total / max(float(total.std()), 1e-6)

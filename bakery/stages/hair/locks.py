@@ -31,9 +31,6 @@ def make_locks(shell: Shell, flow: np.ndarray, longest: float, seed: int = 7) ->
 
     Returns:
         [ROWS * FINER, COLUMNS * FINER] float32, see `lock_at`.
-
-    References:
-        Cabral and Leedom, "Imaging vector fields using line integral convolution", SIGGRAPH 1993.
     """
     tall, wide = ROWS * FINER, COLUMNS * FINER
     x, y = np.meshgrid(np.arange(wide), np.arange(tall))
@@ -43,16 +40,31 @@ def make_locks(shell: Shell, flow: np.ndarray, longest: float, seed: int = 7) ->
     ahead, _ = shell.chart.cell(points + PACE * shell.chart.take(flow, cells))
     step = ahead - cells
     step[..., 0] = (step[..., 0] + COLUMNS / 2) % COLUMNS - COLUMNS / 2
-    step = step.astype(np.float32) * FINER
-    grid = np.stack([x, y], -1).astype(np.float32)
-    total = noise.copy()
-    for sign in (1, -1):
-        place = grid
-        for _ in range(round(DRAWN * longest / PACE)):
-            place = place + sign * _around(step, place)
-            total += _around(noise, place)
+    total = drawn_out(noise, step * FINER, round(DRAWN * longest / PACE))
     total -= total.mean()
     return total / max(float(total.std()), 1e-6)
+
+
+def drawn_out(noise: np.ndarray, step: np.ndarray, count: int) -> np.ndarray:
+    """Noise [h, w] summed along so many steps [h, w, 2] either way, texels (x, y); columns go around.
+
+    References:
+        Cabral and Leedom, "Imaging vector fields using line integral convolution", SIGGRAPH 1993.
+    """
+    wide = np.float32(noise.shape[1])
+    spread, moves = (
+        np.pad(p.astype(np.float32), ((0, 0), (0, 1)) + ((0, 0),) * (p.ndim - 2), "wrap")
+        for p in (noise, step)
+    )
+    start = np.mgrid[: noise.shape[0], : noise.shape[1]].astype(np.float32)
+    total = spread[:, :-1].copy()
+    for sign in np.float32([1, -1]):
+        y, x = start
+        for _ in range(count):
+            move = cv2.remap(moves, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+            x, y = (x + sign * move[..., 0]) % wide, y + sign * move[..., 1]
+            total += cv2.remap(spread, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return total
 
 
 def lock_at(locks: np.ndarray, cells: np.ndarray) -> np.ndarray:
@@ -91,11 +103,3 @@ def _waves(points, rng):
     phase = rng.uniform(0, 2 * np.pi, WAVES)
     turn = points.astype(np.float32) @ (way * (2 * np.pi / length)[:, None]).T.astype(np.float32)
     return np.cos(turn + phase.astype(np.float32)).sum(-1) * np.float32((2 / WAVES) ** 0.5)
-
-
-def _around(values, place):
-    """Values [h, w(, 2)] at places [h, w, 2], x and y; columns go around."""
-    wide = values.shape[1]
-    padded = np.pad(values, ((0, 0), (0, 1)) + ((0, 0),) * (values.ndim - 2), "wrap")
-    x = place[..., 0] % np.float32(wide)
-    return cv2.remap(padded, x, place[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)

@@ -160,7 +160,8 @@ def _shared(ratio: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarr
     """
     gray = (ratio @ LUMA)[..., None]
     tint = ratio - gray
-    off = np.linalg.norm(tint - _middle(tint, weight), axis=2)
+    off = tint - _middle(tint, weight)
+    off = np.sqrt(np.einsum("...c,...c", off, off))  # a third of the time of np.linalg.norm
     level, color = (
         _of_both(part, weight * np.exp(np.clip(says - says[:, ::-1], -DARKER, DARKER) / 2))
         for part, says in ((gray, LIGHTER * gray[..., 0]), (tint, -COLORED * off))
