@@ -46,7 +46,8 @@ SMALL = ["--preset", "small", "--set", "texture.mouths=3", "--set", "texture.vie
 # ones make what others share (bundle, fitted), each on its own worker, so that nobody waits for it.
 LONGEST = """
     web/test_page.py evaluate/test_generator.py cli/test_resume.py cli/test_steps.py
-    cli/test_build.py golden/test_golden.py test_plugin.py cli/test_export.py cli/test_generate.py
+    cli/test_build.py golden/test_golden.py test_plugin.py cli/test_sign.py cli/test_export.py
+    evaluate/test_teeth.py cli/test_generate.py formats/test_signing.py bake/test_pipeline.py
     cli/test_perform.py cli/test_perform_over.py fuzz/test_fuzz.py export/test_player.py
     test_testing.py cli/test_marks.py export/test_hair_mesh.py stages/test_hair_volume.py
     stages/test_texture_complete.py web/test_parity.py train/segment/test_segment.py

@@ -1,10 +1,14 @@
 """The single steps of a bake give the same bytes as `build`."""
 
 import json
+import os
+import sys
 from functools import partial
 from pathlib import Path
 
 import pytest
+
+from bakery import plugins
 
 FEW = Path(__file__).parents[1] / "few.toml"
 QUICK = ["--expressions", FEW, "--resolution", "512"]
@@ -56,6 +60,17 @@ def step_by_step(process, bakery, photo, folder, options, marks=None, *last):
     return out
 
 
+@pytest.fixture
+def plugged(installed, monkeypatch):
+    """The environment of `installed`; its plug-ins are there in this process, too."""
+    monkeypatch.syspath_prepend(installed["PYTHONPATH"].split(os.pathsep)[0])
+    monkeypatch.delitem(sys.modules, "bakery_example", raising=False)
+    plugins.plug_in.cache_clear()
+    yield installed
+    plugins.plug_in.cache_clear()
+    sys.modules.pop("bakery_example", None)
+
+
 @pytest.mark.parametrize(
     "case",
     [
@@ -65,7 +80,7 @@ def step_by_step(process, bakery, photo, folder, options, marks=None, *last):
         "fit table, plug-ins",
     ],
 )
-def test_the_single_steps_are_the_bake(process, bakery, installed, tmp_path, case):
+def test_the_single_steps_are_the_bake(process, bakery, plugged, tmp_path, case):
     """Not a byte differs; a detector finds the face, as users have it, or a file has it."""
     sample = Path(__file__).parents[2] / "samples" / "emil.jpg"
     options, marks, last = ["--preset", "default", *QUICK], None, []
@@ -78,8 +93,7 @@ def test_the_single_steps_are_the_bake(process, bakery, installed, tmp_path, cas
         options += ["--generator", "rendered", "--set", "bundle.formats=[]"]
     if case == "fit table, plug-ins":
         options += ["--generator", "still", "--detector", "mirrored", "--set", "bundle.formats=[]"]
-        marks, bakery = None, partial(process, env=installed)
-        process = bakery
+        marks, process = None, partial(process, env=plugged)
     whole = tmp_path / "whole.avatar"
     found = ["--landmarks", marks] if marks else []
     done = bakery("build", sample, *found, "-o", whole, *options, *last)

@@ -5,7 +5,6 @@ import numpy as np
 from bakery.geometry.color import to_encoded
 from bakery.heads.base import HeadModel
 from bakery.landmarks import CHIN
-from bakery.parallel import both
 from bakery.stages.hair import atlas as atlases
 from bakery.stages.hair import mesh as meshes
 from bakery.stages.hair.curls import curliness, take_curls
@@ -118,11 +117,9 @@ def _assembled(painter, wisps, chin, size):
     off_scalp = 1 - shell.chart.take(shell.growth, wisps.cells).mean(1)
     fringe = (over > 0.5) & (off_scalp > 0.5)
     solid = np.where(fringe, 1.0, np.clip(2 * off_scalp - 0.6, 0, 1))
-    both(  # they have parts of the atlas of their own
-        lambda: atlases.paint_cap(painter, surface, cap_map, size, texture, direction, source),
-        lambda: atlases.paint_cards(
-            painter, layout, edges, cells, solid, wisps, texture, direction, along, source
-        ),
+    atlases.paint_cap(painter, surface, cap_map, size, texture, direction, source)
+    atlases.paint_cards(
+        painter, layout, edges, cells, solid, wisps, texture, direction, along, source
     )
     tall = int(atlases.CAP_PART * size)
     s, t = np.array([0.0, 1.0]), np.linspace(0, 1, KNOTS)
