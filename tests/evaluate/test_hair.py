@@ -1,11 +1,14 @@
 """Hair in the own photo: drawing, means, and the backdrop that an avatar is laid over."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
+import pytest
 
 from bakery.evaluate.hair.drawing import CardHair, draw_hair
 from bakery.evaluate.hair.outlines import overlap, summary
-from bakery.evaluate.hair.whole import backdrop
+from bakery.evaluate.hair.whole import SIDE, backdrop, contrast, from_behind
 from bakery.evaluate.hair.whole import summary as whole_summary
 from bakery.geometry.color import to_encoded
 from bakery.types import Camera, HairMesh
@@ -83,12 +86,30 @@ def test_overlap_and_means():
     found = summary(rows)
     assert found["iou"] == 0.8 and found["worst"] == "0.7" and found["most_triangles"] == [7, 2, 1]
     assert summary([]) == {"photos": 0}
-    rows = [{"photo": name, "psnr": psnr, "layer": 17.0, "share": 0.9}
-            for name, psnr in (("a", 20.0), ("b", 24.0))]  # fmt: skip
+    rows = [{"photo": name, "psnr": psnr, "layer": 17.0, "share": 0.9, "photographed": spread, "behind": None}
+            for name, psnr, spread in (("a", 20.0, 0.8), ("b", 24.0, None))]  # fmt: skip
     assert whole_summary(rows) == {
-        "photos": 2, "psnr": 22.0, "layer": 17.0, "share": 0.9, "worst": "a",
+        "photos": 2, "psnr": 22.0, "layer": 17.0, "share": 0.9, "photographed": 0.8, "behind": None, "worst": "a",
     }  # fmt: skip
     assert whole_summary([]) == {"photos": 0}
+
+
+def test_contrast_is_that_of_hair_alone():
+    level = np.random.default_rng(2).normal(-2, 0.4, (60, 60))
+    level[:20] = 3.0  # a wall; beside it lies what hair and wall share
+    picture = np.exp(level)[..., None].repeat(3, 2)
+    where = np.arange(60)[:, None].repeat(60, 1) >= 18
+    assert contrast(picture, where) == pytest.approx(0.4, rel=0.1)
+    assert contrast(2 * picture, where) == pytest.approx(contrast(picture, where), abs=1e-3)
+    assert contrast(picture, where & (np.arange(60) < 6)) is None
+
+
+def test_the_back_of_a_bundle_has_hair(avatar):
+    bald = replace(avatar, textures=replace(avatar.textures, hair_mesh=None))
+    picture, where = from_behind(avatar, bald)
+    assert picture.shape == (SIDE, SIDE, 3) and where.shape == (SIDE, SIDE)
+    assert where.any() == (avatar.textures.hair_mesh is not None)
+    assert not from_behind(bald, bald)[1].any()
 
 
 def test_the_backdrop_goes_on_behind_the_person():

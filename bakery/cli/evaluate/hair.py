@@ -35,7 +35,8 @@ def hair(
     PORTRAITS is a folder with dense478.npz. Photos need a plain backdrop, which tells the truth;
     others are left out. Above the chin: IoU of the silhouettes of head and hair, "outside" of what
     lies outside the face, "bare" of the head without hair; with --whole, dB of the whole head
-    before the photo's backdrop, "layer" without the hair that has volume.
+    before the photo's backdrop, "layer" without the hair that has volume; standard deviation of
+    the log brightness of hair, "photographed" and of the avatar's seen from "behind".
 
     Of known people, from several sides (yaw, degrees): IoU of the silhouettes above the chin,
     "whole" with the hair below it, "bare" of the head without hair, as --hair layer leaves it;

@@ -11,6 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from bakery.bake.fitting import segment_portrait
 from bakery.bake.options import BuildOptions
 from bakery.evaluate.avatar.pairs import bake
 from bakery.evaluate.hair.drawing import HALF
@@ -18,16 +19,22 @@ from bakery.evaluate.hair.outlines import plain
 from bakery.evaluate.metrics import psnr
 from bakery.formats.image import write_image
 from bakery.formats.mark import MIXED
+from bakery.formats.portraits import landmarks_of
 from bakery.generators.base import Generator
-from bakery.geometry.color import to_encoded, to_linear
+from bakery.geometry.color import LUMA, to_encoded, to_linear
 from bakery.geometry.fill import diffuse
 from bakery.hair.base import Hair
 from bakery.heads.base import HeadModel
 from bakery.landmarks import CHIN
 from bakery.runtime.avatar import Avatar
 from bakery.show.frame import Scene, draw_scene
+from bakery.stages.segment import HAIR
 from bakery.train.segment import outline
+from bakery.types import EXPRESSIONS
 
+SIDE = 300  # pixels of the picture from behind: about as fine as heads are in portraits
+FEWEST = 200  # pixels that tell a contrast
+DARKEST = 1e-3  # linear luminance; darker is noise
 RIM = 0.02  # of the picture's longer side around the person, in which the backdrop is not trusted
 
 
@@ -50,10 +57,12 @@ def wholes(
 
     Yields:
         {"photo", "psnr": dB of the whole head, "layer": the same without the hair that has volume,
-        "share": how much of the true silhouette above the chin the avatar covers}.
+        "share": how much of the true silhouette above the chin the avatar covers, "photographed",
+        "behind": `contrast` of hair in the photo and of the avatar's from behind, None of too little}.
     """
     for path, points, photo, truth in plain(portraits, starts, part, limit):
         avatar, _ = bake(path, points, head, generator, options, hair)
+        labels = segment_portrait(photo, landmarks_of(points), options).labels
         above = np.zeros(truth.person.shape, bool)
         above[: int(points[CHIN, 1].mean())] = True
         person = (truth.person == outline.PERSON) & above
@@ -66,6 +75,8 @@ def wholes(
             "psnr": round(psnr(drawn, photo.encoded, person | (cover & above)), 3),
             "layer": round(psnr(bald, photo.encoded, person | (skin & above)), 3),
             "share": round(float((person & cover).sum() / max(person.sum(), 1)), 4),
+            "photographed": contrast(to_linear(photo.encoded), labels == HAIR),
+            "behind": contrast(*from_behind(avatar, flat)),
         }
         if pictures is not None:
             both = np.concatenate([photo.encoded, drawn], 1)
@@ -90,6 +101,30 @@ def before(avatar: Avatar, behind: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return to_encoded(picture), layer[..., 3] > HALF
 
 
+def from_behind(avatar: Avatar, bald: Avatar) -> tuple[np.ndarray, np.ndarray]:
+    """The back of a head [SIDE, SIDE, 3] linear, and where its hair with volume is, bool.
+
+    Args:
+        bald: the same without it.
+    """
+    none = np.zeros(len(EXPRESSIONS), np.float32)
+    scene = Scene(none, None, None, (180.0, 0.0), SIDE, True, background="none")
+    picture, head = (draw_scene(one, scene)[0] for one in (avatar, bald))
+    return picture[..., :3], (picture[..., 3] > HALF) & (np.abs(picture - head).max(-1) > 0)
+
+
+def contrast(linear: np.ndarray, where: np.ndarray) -> float | None:
+    """Standard deviation of the log of luminance well within a mask; None of a mask too small.
+
+    Args:
+        linear: [H, W, 3]; where: [H, W] bool.
+    """
+    inner = cv2.erode(where.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    if inner.sum() < FEWEST:
+        return None
+    return round(float(np.log(np.maximum(linear[inner] @ LUMA, DARKEST)).std()), 3)
+
+
 def backdrop(encoded: np.ndarray, person: np.ndarray) -> np.ndarray:
     """A photo [H, W, 3] without its person: the backdrop, carried on smoothly.
 
@@ -106,10 +141,10 @@ def summary(rows: list[dict]) -> dict:
     """Means of `wholes`, and the worst."""
     if not rows:
         return {"photos": 0}
-    means = {
-        name: round(float(np.mean([row[name] for row in rows])), 3)
-        for name in ("psnr", "layer", "share")
-    }
+    means = {}
+    for name in ("psnr", "layer", "share", "photographed", "behind"):
+        found = [row[name] for row in rows if row[name] is not None]
+        means[name] = round(float(np.mean(found)), 3) if found else None
     return (
         {"photos": len(rows)} | means | {"worst": min(rows, key=lambda row: row["psnr"])["photo"]}
     )
