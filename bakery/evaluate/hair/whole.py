@@ -33,6 +33,8 @@ from bakery.train.segment import outline
 from bakery.types import EXPRESSIONS
 
 SIDE = 300  # pixels of the picture from behind: about as fine as heads are in portraits
+SOLID = 0.98  # coverage of hair that nothing shows through
+UPPER = 0.38  # of the way from the top of the head to the end of the neck
 FEWEST = 200  # pixels that tell a contrast
 DARKEST = 1e-3  # linear luminance; darker is noise
 RIM = 0.02  # of the picture's longer side around the person, in which the backdrop is not trusted
@@ -104,13 +106,18 @@ def before(avatar: Avatar, behind: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def from_behind(avatar: Avatar, bald: Avatar) -> tuple[np.ndarray, np.ndarray]:
     """The back of a head [SIDE, SIDE, 3] linear, and where its hair with volume is, bool.
 
+    Only in the upper part: farther down locks lie over skin, and what is between them is no contrast of hair.
+
     Args:
         bald: the same without it.
     """
     none = np.zeros(len(EXPRESSIONS), np.float32)
     scene = Scene(none, None, None, (180.0, 0.0), SIDE, True, background="none")
     picture, head = (draw_scene(one, scene)[0] for one in (avatar, bald))
-    return picture[..., :3], (picture[..., 3] > HALF) & (np.abs(picture - head).max(-1) > 0)
+    hair = (picture[..., 3] > SOLID) & (np.abs(picture - head).max(-1) > 0)
+    rows = np.flatnonzero((picture[..., 3] > HALF).any(1))
+    hair[int(rows[0] + UPPER * len(rows)) :] = False
+    return picture[..., :3], hair
 
 
 def contrast(linear: np.ndarray, where: np.ndarray) -> float | None:
