@@ -64,8 +64,7 @@ def test_a_flipped_byte_in_any_file_of_a_bundle_fails(copied, bakery):
     assert len(files) > 15
     for path in files:
         data = path.read_bytes()
-        signed = path.suffix in (".json", ".c2pa")  # of the others, the list has one digest each
-        for at in {0, len(data) // 2, len(data) - 1} if signed else {len(data) // 2}:
+        for at in {0, len(data) // 2, len(data) - 1}:
             path.write_bytes(data[:at] + bytes([data[at] ^ 0x20]) + data[at + 1 :])
             done = bakery("verify", copied)
             assert done.returncode == 1 and done.stderr.count("\n") == 1, (path.name, at)

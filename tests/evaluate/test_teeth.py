@@ -25,7 +25,7 @@ def test_means_leave_out_what_was_not_seen():
 
 
 def test_a_painted_face_is_measured(portrait, head, tmp_path, monkeypatch):
-    small = partial(FittedSubject, options=build_options("small", ["texture.resolution=512"]))
+    small = partial(FittedSubject, options=build_options("small", []))
     monkeypatch.setattr(teeth, "FittedSubject", small)
     _, (face,) = read_faces(portrait[1])
     points = face.points.copy()

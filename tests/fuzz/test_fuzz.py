@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).resolve().parent
-COUNT = 5  # of each kind, .ci/run reads 2,000; kinds with a slow reader take a share of it
+COUNT = 10  # of each kind, .ci/run reads 2,000; kinds with a slow reader take a share of it
 KINDS = (
     "textures masks head fit landmarks exr take sound clip photo mesh manifest web glb others "
     "avatar scene placing"

@@ -8,16 +8,7 @@ import pytest
 from bakery.heads.file import load_head
 from bakery.stages.hair import chart
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
-from bakery.stages.hair.locks import (
-    BAND,
-    FEWEST,
-    FINER,
-    RANGE,
-    USUAL,
-    lock_at,
-    lock_contrast,
-    make_locks,
-)  # fmt: skip
+from bakery.stages.hair.locks import BAND, FEWEST, FINER, RANGE, USUAL, lock_contrast, make_locks
 
 SIDE, SCALE = 240, 1.5
 
@@ -63,8 +54,8 @@ def test_noise_closes_behind_the_head_and_is_found_by_cell(ball):
     assert np.abs(noise[:, 0] - noise[:, -1]).mean() < 2 * step
     row, column = 100, 57
     there = np.array([[(column + 0.5) / FINER, (row + 0.5) / FINER]])
-    assert lock_at(noise, there)[0] == pytest.approx(noise[row, column], abs=1e-5)
-    seam = lock_at(noise, np.array([[0.0, 20.0], [COLUMNS, 20.0]]))
+    assert ball.chart.take(noise, FINER * there)[0] == pytest.approx(noise[row, column], abs=1e-5)
+    seam = ball.chart.take(noise, FINER * np.array([[0.0, 20.0], [COLUMNS, 20.0]]))
     assert seam[0] == pytest.approx(seam[1], abs=1e-5)
 
 

@@ -50,7 +50,7 @@ class Result:
 
 
 def bake(path, points, head, generator, options, hair=None):
-    """An avatar in memory, its hair as `bakery build` makes it unless told: Avatar, Photo."""
+    """An avatar in memory, its hair as `bakery build` makes it unless told: Avatar, Photo, Segmentation."""
     photo = read_photo(path)
     landmarks = landmarks_of(points)
     fit, segmentation = fit_portrait(path, photo, landmarks, head, options)
@@ -58,7 +58,7 @@ def bake(path, points, head, generator, options, hair=None):
         photo, landmarks, fit, segmentation, head, generator, hair or CardHair(), options
     )
     own, neutral = own_head(head, fit)
-    return Avatar(own, neutral, fit, textures, draw_masks(head, options)), photo
+    return Avatar(own, neutral, fit, textures, draw_masks(head, options)), photo, segmentation
 
 
 def measure(pair, head, generator, options, pictures=None):
@@ -70,7 +70,7 @@ def measure(pair, head, generator, options, pictures=None):
     Returns:
         Result.
     """
-    avatar, photo = bake(pair.neutral, pair.neutral_points, head, generator, options)
+    avatar, photo, _ = bake(pair.neutral, pair.neutral_points, head, generator, options)
     fit = avatar.fit
     vertices = avatar.head.vertices(avatar.neutral, fit.expression, fit.gaze)
     # The photo is T_0 itself, whatever its expression: nothing is blended over it.

@@ -11,7 +11,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from bakery.bake.fitting import segment_portrait
 from bakery.bake.options import BuildOptions
 from bakery.evaluate.avatar.pairs import bake
 from bakery.evaluate.hair.drawing import HALF
@@ -19,7 +18,6 @@ from bakery.evaluate.hair.outlines import plain
 from bakery.evaluate.metrics import psnr
 from bakery.formats.image import write_image
 from bakery.formats.mark import MIXED
-from bakery.formats.portraits import landmarks_of
 from bakery.generators.base import Generator
 from bakery.geometry.color import LUMA, to_encoded, to_linear
 from bakery.geometry.fill import diffuse
@@ -63,8 +61,7 @@ def wholes(
         "behind": `contrast` of hair in the photo and of the avatar's from behind, None of too little}.
     """
     for path, points, photo, truth in plain(portraits, starts, part, limit):
-        avatar, _ = bake(path, points, head, generator, options, hair)
-        labels = segment_portrait(photo, landmarks_of(points), options).labels
+        avatar, _, segmentation = bake(path, points, head, generator, options, hair)
         above = np.zeros(truth.person.shape, bool)
         above[: int(points[CHIN, 1].mean())] = True
         person = (truth.person == outline.PERSON) & above
@@ -77,7 +74,7 @@ def wholes(
             "psnr": round(psnr(drawn, photo.encoded, person | (cover & above)), 3),
             "layer": round(psnr(bald, photo.encoded, person | (skin & above)), 3),
             "share": round(float((person & cover).sum() / max(person.sum(), 1)), 4),
-            "photographed": contrast(to_linear(photo.encoded), labels == HAIR),
+            "photographed": contrast(to_linear(photo.encoded), segmentation.labels == HAIR),
             "behind": contrast(*from_behind(avatar, flat)),
         }
         if pictures is not None:

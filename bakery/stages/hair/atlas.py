@@ -183,10 +183,7 @@ def paint_cap(painter, surface, cap_map, size, texture, direction, source):
     cells = cap_map.cells(places)
     shell = painter.shell
     points = shell.chart.place(cells, shell.chart.take(surface, cells))
-    flow = shell.chart.take(painter.flow, cells)
-    ahead, _ = shell.chart.cell(points + flow)
-    step = ahead - cells
-    step[:, 0] = (step[:, 0] + COLUMNS / 2) % COLUMNS - COLUMNS / 2
+    step = shell.chart.step(cells, points, shell.chart.take(painter.flow, cells))
     near = cells + 0.5 * step / np.maximum(np.abs(step).max(1, keepdims=True), 1e-6)
     # Texels a cell, there: what lies ahead may be beyond the seam.
     step = step * (cap_map.places(near) - places) / np.where(near == cells, 1, near - cells)

@@ -42,8 +42,15 @@ class Chart:
         distance = np.where(y > 0, np.hypot(flat, y), flat)
         return np.stack([column * COLUMNS, row], -1), distance
 
+    def step(self, cells: np.ndarray, points: np.ndarray, way: np.ndarray) -> np.ndarray:
+        """By how many cells [..., 2] a way [..., 3] mm leads on from points [..., 3] in cells [..., 2]."""
+        ahead, _ = self.cell(points + way)
+        step = ahead - cells
+        step[..., 0] = (step[..., 0] + COLUMNS / 2) % COLUMNS - COLUMNS / 2  # the short way around
+        return step
+
     def take(self, grid: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Values of a grid [ROWS, COLUMNS(, C)] at cells [..., 2]; columns go around."""
+        """Values of a grid [ROWS, COLUMNS(, C)], or a finer one, at its cells [..., 2]; columns go around."""
         wide = ((0, 0), (1, 1)) + ((0, 0),) * (grid.ndim - 2)
         padded = np.pad(np.asarray(grid, np.float32), wide, "wrap")
         found: np.ndarray = bilinear(padded, cells + [1.0, 0.0])
@@ -63,10 +70,10 @@ class Chart:
         return self.center + np.stack([np.sin(around) * flat, up, np.cos(around) * flat], -1)
 
 
-def grid() -> np.ndarray:
-    """The middles of all cells: [ROWS, COLUMNS, 2]."""
-    column, row = np.meshgrid(np.arange(COLUMNS) + 0.5, np.arange(ROWS) + 0.5)
-    return np.stack([column, row], -1)
+def grid(finer: int = 1) -> np.ndarray:
+    """The middles of all cells, each cut into so many either way: [ROWS * finer, COLUMNS * finer, 2]."""
+    column, row = np.meshgrid(np.arange(COLUMNS * finer) + 0.5, np.arange(ROWS * finer) + 0.5)
+    return np.stack([column, row], -1) / finer
 
 
 def gathered(cells: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -42,17 +42,17 @@ def curliness(portrait: Portrait, angle: np.ndarray, sure: np.ndarray) -> float:
     blurred = cv2.GaussianBlur(double, (0, 0), WIDE * portrait.scale)
     mass = cv2.GaussianBlur(inner, (0, 0), WIDE * portrait.scale)
     coherence = np.hypot(blurred[..., 0], blurred[..., 1]) / np.maximum(mass, 1e-3)
-    light = _detail(portrait, inner, CONTRAST[0])
+    light = detail(portrait, inner, CONTRAST[0])
     variance = normalized_blur(light**2, inner, CONTRAST[1] * portrait.scale)[inner > 0]
     median = np.quantile(coherence[inner > 0], 0.5, weights=variance + FLAT, method="inverted_cdf")
     return float(smoothstep(STRAIGHT, CURLY, median))
 
 
-def _detail(portrait: Portrait, hair: np.ndarray, mm: float) -> np.ndarray:
+def detail(portrait: Portrait, hair: np.ndarray, mm: float) -> np.ndarray:
     """Log brightness [H, W] of hair [H, W] 0..1, without what changes over more than so many mm."""
     gray = np.log(np.maximum(portrait.color @ LUMA.astype(np.float32), 2e-3)).astype(np.float32)
-    detail: np.ndarray = gray - normalized_blur(gray, hair, mm * portrait.scale)
-    return detail
+    fine: np.ndarray = gray - normalized_blur(gray, hair, mm * portrait.scale)
+    return fine
 
 
 def _inner(portrait: Portrait) -> np.ndarray:
@@ -99,7 +99,7 @@ def take_curls(portrait: Portrait, share: float = 1.0, seed: int = 5) -> Curls |
         that fit what is there already, one after another; here their overlaps are faded, not cut.
     """
     scale = portrait.scale
-    detail = _detail(portrait, (portrait.hair > 0.95).astype(np.float32), DETAIL)
+    fine = detail(portrait, (portrait.hair > 0.95).astype(np.float32), DETAIL)
     inner = _inner(portrait)
     for patch in (round(mm * scale) for mm in PATCHES):
         rows, columns = _places(inner, patch)
@@ -110,7 +110,7 @@ def take_curls(portrait: Portrait, share: float = 1.0, seed: int = 5) -> Curls |
     overlap = max(round(OVERLAP * patch), 1)
     rng = np.random.default_rng(seed)
     chosen = rng.choice(len(rows), min(len(rows), PIECES), replace=False)
-    pieces = np.stack([detail[r : r + patch, c : c + patch]
+    pieces = np.stack([fine[r : r + patch, c : c + patch]
                        for r, c in zip(rows[chosen], columns[chosen])])  # fmt: skip
     pieces = np.concatenate([pieces, pieces[:, :, ::-1]]) - pieces.mean()
     tile = quilt(pieces, overlap, max(round(TILE * scale / (patch - overlap)), 2), rng)

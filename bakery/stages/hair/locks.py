@@ -3,11 +3,9 @@
 import cv2
 import numpy as np
 
-from bakery.geometry.color import LUMA
-from bakery.geometry.fill import normalized_blur
 from bakery.geometry.sample import bilinear
 from bakery.stages.hair import chart as charts
-from bakery.stages.hair.chart import COLUMNS, ROWS
+from bakery.stages.hair.curls import detail
 from bakery.stages.hair.portrait import Portrait
 from bakery.stages.hair.shell import Shell
 
@@ -30,17 +28,13 @@ def make_locks(shell: Shell, flow: np.ndarray, longest: float, seed: int = 7) ->
         longest: mm of wisps.
 
     Returns:
-        [ROWS * FINER, COLUMNS * FINER] float32, see `lock_at`.
+        [ROWS * FINER, COLUMNS * FINER] float32; a chart takes it at FINER times a place's cell.
     """
-    tall, wide = ROWS * FINER, COLUMNS * FINER
-    x, y = np.meshgrid(np.arange(wide), np.arange(tall))
-    cells = (np.stack([x, y], -1) + 0.5) / FINER
+    cells = charts.grid(FINER)
     points = shell.surface(cells, 1.0)
     noise = _waves(points, np.random.default_rng(seed))
-    ahead, _ = shell.chart.cell(points + PACE * shell.chart.take(flow, cells))
-    step = ahead - cells
-    step[..., 0] = (step[..., 0] + COLUMNS / 2) % COLUMNS - COLUMNS / 2
-    total = drawn_out(noise, step * FINER, round(DRAWN * longest / PACE))
+    step = FINER * shell.chart.step(cells, points, PACE * shell.chart.take(flow, cells))
+    total = drawn_out(noise, step, round(DRAWN * longest / PACE))
     total -= total.mean()
     return total / max(float(total.std()), 1e-6)
 
@@ -67,13 +61,6 @@ def drawn_out(noise: np.ndarray, step: np.ndarray, count: int) -> np.ndarray:
     return total
 
 
-def lock_at(locks: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Noise [n] of `make_locks` at cells [n, 2]."""
-    padded = np.pad(locks, ((0, 0), (1, 1)), "wrap")
-    found: np.ndarray = bilinear(padded, cells * FINER + [1.0, 0.0])
-    return found
-
-
 def lock_contrast(portrait: Portrait, shell: Shell, cosine: np.ndarray) -> float:
     """Standard deviation of log brightness of locks in the photo.
 
@@ -81,8 +68,7 @@ def lock_contrast(portrait: Portrait, shell: Shell, cosine: np.ndarray) -> float
         cosine: [ROWS, COLUMNS] between the shell's normal and the line of sight.
     """
     hair = (portrait.hair > 0.95).astype(np.float32)
-    gray = np.log(np.maximum(portrait.color @ LUMA.astype(np.float32), 2e-3)).astype(np.float32)
-    narrow, wide = (normalized_blur(gray, hair, mm * portrait.scale) for mm in BAND)
+    fine, all_but_wide = (detail(portrait, hair, mm) for mm in BAND)
     pixels, _ = portrait.pixels(shell.surface(charts.grid(), 1.0))
     seen = shell.seen * (cosine > SQUARE) * portrait.inside(pixels)
     seen = seen * (bilinear(hair, pixels) > 0.5)
@@ -90,8 +76,8 @@ def lock_contrast(portrait: Portrait, shell: Shell, cosine: np.ndarray) -> float
     share = seen * np.maximum(cosine, 0) * np.prod(shell.sides(), 0)
     if share.sum() < FEWEST:
         return USUAL
-    detail = (narrow - wide) ** 2 * hair
-    variance = (bilinear(detail, pixels) * share).sum() / share.sum()
+    power = (all_but_wide - fine) ** 2 * hair
+    variance = (bilinear(power, pixels) * share).sum() / share.sum()
     return float(np.clip(np.sqrt(variance), *RANGE))
 
 

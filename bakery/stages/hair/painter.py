@@ -12,7 +12,7 @@ from bakery.stages.hair import chart as charts
 from bakery.stages.hair.chart import COLUMNS, DOME, ROWS
 from bakery.stages.hair.curls import Curls
 from bakery.stages.hair.directions import frame
-from bakery.stages.hair.locks import lock_at, lock_contrast, make_locks
+from bakery.stages.hair.locks import FINER, lock_contrast, make_locks
 from bakery.stages.hair.mesh import aside_of, at_nape, beside_bald, beside_face, body_depth
 from bakery.stages.hair.portrait import NOTHING, Portrait, at
 from bakery.stages.hair.shell import Shell, told
@@ -229,7 +229,7 @@ class Painter:
         picture, shown, cosine = self._shown(points, cells, skin)
         tone = shell.chart.take(self.tone, cells)
         unseen = shell.chart.take(self.unseen, cells)
-        lock = lock_at(self.locks, cells)
+        lock = shell.chart.take(self.locks, FINER * cells)
         light = unseen * self._light(cells, lock)
         detail = STREAKS * self.energy * streak
         if curl is not None:
