@@ -36,7 +36,10 @@ class Atlas:
 
     def take(self, *parts: str) -> "Atlas":
         """The atlas of the named parts alone."""
-        rows = self.rows(*parts)
+        return self.some(self.rows(*parts))
+
+    def some(self, rows: np.ndarray) -> "Atlas":
+        """The atlas of some of its texels: their rows, or a boolean for each."""
         return Atlas(
             self.size, self.index[rows], self.face[rows], self.barycentric[rows],
             self.corners[rows], self.part[rows],

@@ -13,7 +13,9 @@ import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
+Made = TypeVar("Made")
 ROOT = Path(__file__).resolve().parents[2]
 HANG = 300.0  # seconds after which a command is said to hang; the slowest takes 20
 QUICK = [
@@ -309,6 +311,17 @@ def _moved(number):
 
 def in_lanes(work: Callable[[int], Row], lanes: int) -> Row:
     """Rows of `work(lane)`, each in a process of its own, as one."""
+    out, *rows = side_by_side(work, lanes)
+    for row in rows:
+        out.cases += row.cases
+        out.failures += row.failures
+        out.seconds = max(out.seconds, row.seconds)
+        out.note = out.note or row.note
+    return out
+
+
+def side_by_side(work: Callable[[int], Made], lanes: int) -> list[Made]:
+    """What `work(lane)` gives, each in a process of its own."""
     pipes = []
     for lane in range(lanes):
         receive, send = os.pipe()
@@ -326,17 +339,11 @@ def in_lanes(work: Callable[[int], Row], lanes: int) -> Row:
                 os._exit(code)
         os.close(send)
         pipes.append((pid, receive))
-    rows = []
+    made = []
     for pid, receive in pipes:
         with os.fdopen(receive, "rb") as pipe:
             data = pipe.read()
         if os.waitpid(pid, 0)[1]:
             raise RuntimeError("a lane of the campaign itself failed")
-        rows.append(pickle.loads(data))
-    out = rows[0]
-    for row in rows[1:]:
-        out.cases += row.cases
-        out.failures += row.failures
-        out.seconds = max(out.seconds, row.seconds)
-        out.note = out.note or row.note
-    return out
+        made.append(pickle.loads(data))
+    return made

@@ -291,14 +291,17 @@ class Trial:
             for n in range(1, self.counts[kind] + 1)
         }
         if "malloc" in kinds:
-            bench = Bench(self.inputs, self.place / "listed")
             self.finish()
-            for start in STARTS:
-                bench.bake(NONE._replace(start=start), list_calls=True)
-                places = first_of_places(bench.lines.read_text("utf-8", "replace"))
+            for start, places in zip(STARTS, base.side_by_side(self._places, len(STARTS))):
                 named = {place: Call("malloc", n, start) for place, n in places.items()} | named
         calls = [call for name, call in named.items() if zlib.crc32(name.encode()) % parts == part]
         return sorted(calls, key=lambda call: (list(KINDS).index(call.kind), call[1:]))
+
+    def _places(self, number: int) -> dict[str, int]:
+        """The first large allocation at each place, from one of STARTS on."""
+        bench = Bench(self.inputs, self.place / f"listed-{number}")
+        bench.bake(NONE._replace(start=list(STARTS)[number]), list_calls=True)
+        return first_of_places(bench.lines.read_text("utf-8", "replace"))
 
     def row(
         self,

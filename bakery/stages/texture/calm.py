@@ -9,6 +9,8 @@ References:
     ACM TOG 34(5), 2015: wrinkles, blotches and gloss of skin are scaled by octave, sign and amplitude.
 """
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 
@@ -45,7 +47,7 @@ RINGS = (  # what has edges of its own, how much larger, and mm over which the s
     (marks.BROW_LEFT, 1.0, (1.0, 5.0)),
 )
 WITHIN = 1.05  # of the face's contour
-FADE = 1 / 60  # of the atlas's side, over which the contour's border fades
+FADE = 6.0  # mm over which the contour's border fades
 EARS = (
     0.0,
     8.0,
@@ -71,23 +73,54 @@ FINE = 1.5  # mm
 DARK = 2e-3  # linear
 
 
-def calmed(
-    colors: np.ndarray, plain: np.ndarray, head: HeadModel, on_skin: Atlas, share: float
-) -> np.ndarray:
-    """Colours [N, 3] linear of the skin's texels, with cheeks as even as resting ones.
+@dataclass(frozen=True, eq=False)
+class Cheeks:
+    """The plain skin below the brows, in a window [h, w] of the atlas."""
+
+    window: tuple[slice, slice]
+    weight: np.ndarray  # [h, w] 0..1, how surely it is plain skin
+    beard: np.ndarray  # [h, w] 0..1, how surely a beard may grow there
+    shaven: float  # 0..1, how surely none does
+    texel: float  # mm
+
+    def log(self, colors: np.ndarray, on_skin: Atlas) -> np.ndarray:
+        """Logarithm [h, w, 3] of linear colours [N, 3]."""
+        picture = on_skin.paint(colors.astype(np.float32))[self.window]
+        return np.log(np.maximum(picture, DARK))
+
+
+def cheeks_of(colors: np.ndarray, plain: np.ndarray, head: HeadModel, on_skin: Atlas) -> Cheeks:
+    """The cheeks of a face.
 
     Args:
         colors: [N, 3] linear; plain: [N] 0..1, 0 where hair on the face is dark by nature.
         head: HeadModel; on_skin: its skin, N texels.
-        share: 0..1, how surely the face is not at rest.
     """
-    if not share:
-        return colors
     weight, texel = _cheeks(head, on_skin)
     window = around(weight > 0, 0)
     log = np.log(np.maximum(on_skin.paint(colors.astype(np.float32))[window], DARK))
     beard, shaven = _beard(head, on_skin, log, weight, window, texel)
-    whole = (share * weight * on_skin.paint(plain))[window]
+    return Cheeks(window, (weight * on_skin.paint(plain))[window], beard, shaven, texel)
+
+
+def calmed(
+    colors: np.ndarray,
+    plain: np.ndarray,
+    cheeks: Cheeks,
+    head: HeadModel,
+    on_skin: Atlas,
+    share: float,
+) -> np.ndarray:
+    """Colours [N, 3] linear of the skin's texels, with cheeks as even as resting ones.
+
+    Args:
+        colors, plain, head, on_skin: as for `cheeks_of`; cheeks: what that gave.
+        share: 0..1, how surely the face is not at rest.
+    """
+    if not share:
+        return colors
+    window, beard, texel = cheeks.window, cheeks.beard, cheeks.texel
+    log, whole = cheeks.log(colors, on_skin), share * cheeks.weight
     weight = whole * (1 - beard)
     change, fine, known = np.zeros_like(log), log, (weight > 0).astype(np.float32)
     for width, *most in OCTAVES:
@@ -110,7 +143,7 @@ def calmed(
 
     made = _without_hollows(made, at(weight), head, on_skin, texel)
     made = _without_creases(made, at(whole * beard), head, on_skin, texel)
-    return _without_shade(made, plain, head, on_skin, share * shaven, texel)
+    return _without_shade(made, plain, head, on_skin, share * cheeks.shaven, texel)
 
 
 def _without_hollows(colors, share, head, on_skin, texel):

@@ -37,6 +37,10 @@ OFF_CORNER = (0.3, 1.5)  # mm from the lips over which folds beside their corner
 SPECK, GLINT = 2.0, 1.5  # mm, half the width of the largest; of the logarithm
 # Pits there, which are smaller than folds, and what of them stays: a closed mouth has corners.
 PIT, PIT_SOFT, DEEPEST, PIT_LEFT = 3.0, 0.2, 3.0, 0.4
+# The nose's edge, from below its wing to beside its bridge, the subject's right and left: mm from it over
+# which folds are left, are filled; half the width of the widest, the blur, and what of any stays, which is a wing's own crease.
+EDGES = np.array([[98, 129, 49, 47], [327, 358, 279, 277]])
+AT_EDGE, WING, WING_SOFT, WING_LEFT = (5.5, 2.5), 4.0, 0.3, 0.12
 DARK = 2e-3  # linear
 
 
@@ -85,6 +89,22 @@ def even_corners(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: flo
     found = levelled(dark, on_skin, where, share, SPECK, GLINT)
     dimmed: np.ndarray = np.where(found != dark, 1 / found, colors)
     return levelled(dimmed, on_skin, where, share, PIT, DEEPEST, PIT_SOFT, PIT_LEFT)
+
+
+def even_wings(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float) -> np.ndarray:
+    """Colours [N, 3] linear without the upper ends of a smile's folds, dark specks beside the nose's wings.
+
+    Args:
+        colors: [N, 3] linear; head: HeadModel; on_skin: its skin, N texels.
+        share: 0..1, how much of them to fill.
+    """
+    if not share:
+        return colors
+    points = head.landmarks(head.mean)
+    rows, places, texel = _around(head, on_skin, points[EDGES.ravel()], AT_EDGE[0])
+    away = [np.linalg.norm(places - nearest_on(places, points[edge])[0], axis=1) for edge in EDGES]
+    where = rows, smoothstep(*AT_EDGE, np.minimum(*away)), texel
+    return levelled(colors, on_skin, where, share, WING, DEEPEST, WING_SOFT, WING_LEFT)
 
 
 def levelled(

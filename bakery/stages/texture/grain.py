@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from bakery.geometry.color import LUMA
-from bakery.geometry.fill import normalized_blur
+from bakery.geometry.fill import around, normalized_blur
 from bakery.geometry.sample import bicubic
 from bakery.stages.atlas import Atlas
 from bakery.stages.texture.correlations import DARKEST
@@ -76,6 +76,14 @@ def rounded(grain: np.ndarray, shapes: np.ndarray) -> np.ndarray:
     tent, whose second moment is 1/6; what its covariance on the skin lacks to that of a disc is one
     direction of the texture, along which the grain is blurred.
     """
+    out = grain.copy()
+    if (shapes[..., 0] > 0).any():
+        window = around(shapes[..., 0] > 0, 0)
+        out[window] = _rounded(grain[window], shapes[window])
+    return out
+
+
+def _rounded(grain, shapes):
     wide, lean, high = np.moveaxis(shapes, 2, 0).astype(np.float32)
     # The metric J'J of the map from texels to the skin, and its eigenvalues.
     along, both, down = wide**2, wide * lean, lean**2 + high**2
@@ -84,7 +92,7 @@ def rounded(grain: np.ndarray, shapes: np.ndarray) -> np.ndarray:
     sigma = np.where(wide > 0, np.sqrt((ratio - 1) / 6), 0).astype(np.float32)
     angle = np.arctan2(2 * both, along - down) / 2  # of the long direction
     steps = np.dstack([-np.sin(angle), np.cos(angle)]) * sigma[..., None]
-    rows, columns = np.mgrid[: len(grain), : len(grain)].astype(np.float32) + 0.5
+    rows, columns = np.mgrid[: grain.shape[0], : grain.shape[1]].astype(np.float32) + 0.5
     places, shares = np.dstack([columns, rows]), np.exp(-(TAPS**2) / 2)
     out = np.zeros_like(grain)
     for at, share in zip(TAPS, shares / shares.sum()):

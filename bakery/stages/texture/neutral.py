@@ -19,9 +19,9 @@ from bakery.stages.atlas import Atlas, Visibility, make_atlas, make_view, visibi
 from bakery.stages.condition import condition
 from bakery.stages.face_frame import neutral_picture
 from bakery.stages.fit.rest import presence, shown
-from bakery.stages.texture.calm import calmed
+from bakery.stages.texture.calm import calmed, cheeks_of
 from bakery.stages.texture.complete import INFERRED, PAINTED, CompleteAlbedo, complete
-from bakery.stages.texture.creases import even_corners, filled
+from bakery.stages.texture.creases import even_corners, even_wings, filled
 from bakery.stages.texture.eyes import eye_maps, paint_eyes, with_lit_eyes
 from bakery.stages.texture.glasses import frame_layer, laid_over
 from bakery.stages.texture.hair import Mattes, hair_layer
@@ -29,6 +29,7 @@ from bakery.stages.texture.interior import paint_interior
 from bakery.stages.texture.lashes import lay_lashes
 from bakery.stages.texture.lids import lid_skin
 from bakery.stages.texture.nostrils import one_pair
+from bakery.stages.texture.rejoin import rejoined
 from bakery.stages.texture.rest import RestBasis, change_of
 from bakery.stages.texture.seam import closed_lips
 from bakery.stages.texture.teeth import likely_teeth, teeth_color
@@ -160,8 +161,11 @@ def prepare(
         made = seen * np.exp(change_of(rest, head, on_skin, expression))
         share = presence(head, expression)
         made = filled(made, head, on_skin, share)
+        made = even_wings(made, head, on_skin, share)
         plain = view.partial.plain.reshape(-1)[on_skin.index]
-        made = calmed(made, plain, head, on_skin, share)
+        cheeks = cheeks_of(made, plain, head, on_skin)
+        made = calmed(made, plain, cheeks, head, on_skin, share)
+        made = rejoined(made, seen, cheeks, head, on_skin, share)
         made = closed_lips(made, facing, head, neutral, on_skin, landmarks.points)
         made = even_corners(made, head, on_skin, share)
         texture[on_skin.index] = made

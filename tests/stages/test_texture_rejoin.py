@@ -1,0 +1,94 @@
+"""Patches that a smile's folds leave at rest get the tone and the pores of the skin around."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from bakery.geometry.color import LUMA
+from bakery.landmarks import MOUTH_CORNERS, NOSE_BASE
+from bakery.stages.atlas import make_atlas
+from bakery.stages.texture import calm
+from bakery.stages.texture.rejoin import rejoined
+
+SKIN = np.array([0.45, 0.28, 0.22], np.float32)
+RADIUS = 8.0  # mm, of a patch beside the mouth
+
+
+@pytest.fixture(scope="module")
+def face(head):
+    """Atlas of skin, grainy colours of it, its cheeks, and how far each texel is from a place on one."""
+    on_skin = make_atlas(head, 512).take("skin")
+    grain = np.random.default_rng(2).normal(0, 0.04, (len(on_skin.index), 1))
+    seen = (SKIN * np.exp(grain)).astype(np.float32)
+    cheeks = calm.cheeks_of(seen, np.ones(len(seen), np.float32), head, on_skin)
+    points, places = head.landmarks(head.mean), on_skin.at(head.mean)
+    corner, wing = points[MOUTH_CORNERS[0]], points[NOSE_BASE[0]]
+    center = corner + [np.sign(corner[0]) * 20, (wing[1] - corner[1]) / 2, 0]
+    away = np.linalg.norm((places - center)[:, :2], axis=1)
+    return on_skin, seen, cheeks, away
+
+
+def on_cheeks(cheeks, on_skin):
+    weight = np.zeros((on_skin.size, on_skin.size), np.float32)
+    weight[cheeks.window] = cheeks.weight * (1 - cheeks.beard)
+    return weight.reshape(-1)[on_skin.index] > 0.95
+
+
+def grain_of(colors, rows):
+    return float(np.log(colors[rows] @ LUMA).std())
+
+
+def test_a_flat_patch_is_like_the_skin_around(head, face):
+    on_skin, seen, cheeks, away = face
+    made = np.where((away < RADIUS)[:, None], SKIN * np.float32(1.3), seen)
+    out = rejoined(made, seen, cheeks, head, on_skin, 1.0)
+    plain = on_cheeks(cheeks, on_skin)
+    core, around = plain & (away < RADIUS), plain & (away > RADIUS + 4) & (away < RADIUS + 7)
+    assert core.sum() > 500 and around.sum() > 500
+    rim = core & (away > RADIUS - 1.5)
+    assert_allclose(np.log(out[core]).mean(0), np.log(SKIN), atol=0.02)  # 0.26 before
+    assert_allclose(np.log(out[rim]).mean(0), np.log(SKIN), atol=0.04)
+    assert grain_of(made, core) < 1e-6
+    assert grain_of(out, core) == pytest.approx(grain_of(seen, around), rel=0.25)
+    assert_allclose(out[away > 40], made[away > 40], rtol=1e-5)
+
+
+def test_half_a_smile_is_rejoined_by_half(head, face):
+    on_skin, seen, cheeks, away = face
+    made = np.where((away < RADIUS)[:, None], SKIN * np.float32(1.3), seen)
+    half, whole = (np.log(rejoined(made, seen, cheeks, head, on_skin, share)) for share in (0.5, 1))
+    assert_allclose(half, (np.log(made) + whole) / 2, atol=1e-5)
+
+
+def test_what_was_not_changed_stays(head, face):
+    on_skin, seen, cheeks, _ = face
+    assert_allclose(rejoined(seen, seen, cheeks, head, on_skin, 1.0), seen, rtol=1e-6)
+    assert rejoined(seen, seen, cheeks, head, on_skin, 0.0) is seen
+
+
+def test_a_beard_stays(head, face):
+    on_skin, seen, cheeks, away = face
+    made = np.where((away < RADIUS)[:, None], SKIN * np.float32(1.3), seen)
+    bearded = calm.Cheeks(
+        cheeks.window, cheeks.weight, np.ones_like(cheeks.weight), 0.0, cheeks.texel
+    )
+    assert rejoined(made, seen, bearded, head, on_skin, 1.0) is made
+
+
+def test_where_all_was_changed_nothing_tells_the_tone(head, face):
+    on_skin, seen, cheeks, _ = face
+    made = seen * np.float32(1.5)
+    assert rejoined(made, seen, cheeks, head, on_skin, 1.0) is made
+
+
+def test_smooth_skin_beside_a_patch_gets_no_grain(head, face):
+    """One half of a face lies out of focus: it gets no more detail than it had."""
+    on_skin, seen, _, away = face
+    left = on_skin.at(head.mean)[:, :1] > 0
+    seen = np.where(left, seen, SKIN)
+    cheeks = calm.cheeks_of(seen, np.ones(len(seen), np.float32), head, on_skin)
+    made = seen * np.exp(np.float32(0.3) * (away < RADIUS)[:, None]).astype(np.float32)
+    out = rejoined(made, seen, cheeks, head, on_skin, 1.0)
+    smooth = (~left[:, 0]) & (away > 3 * RADIUS)
+    assert smooth.sum() > 5000
+    assert_allclose(out[smooth], made[smooth], rtol=1e-4)
