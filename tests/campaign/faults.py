@@ -269,9 +269,8 @@ class Trial:
             return
         bench = Bench(self.inputs, self.place / "whole")
         shutil.rmtree(bench.finished, ignore_errors=True)
-        for number in range(
-            self.counts["rename"], 0, -1
-        ):  # for some of the last it has another way
+        # For some of the last renames a bake has another way.
+        for number in range(self.counts["rename"], 0, -1):
             if bench.bake(Call("rename", number)).end.code == 1:
                 for path in bench.folder.glob(".bakery-*-work"):
                     shutil.copytree(path, bench.finished / path.name)
@@ -320,10 +319,8 @@ class Trial:
         deaths = (LONG * lanes).from_buffer(mmap.mmap(-1, 8 * lanes))
 
         def lane(number: int) -> base.Row:
-            row, bench = (
-                base.Row(name, MUST[name]),
-                Bench(self.inputs, self.place / f"lane-{number}"),
-            )
+            row = base.Row(name, MUST[name])
+            bench = Bench(self.inputs, self.place / f"lane-{number}")
             for call in calls[number::lanes]:
                 if seconds is not None and time.monotonic() - began > seconds:
                     break
