@@ -5,10 +5,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from bakery.geometry.color import LUMA
-from bakery.landmarks import MOUTH_CORNERS, NOSE_BASE
+from bakery.landmarks import EYE_CORNERS, MOUTH_CORNERS, NOSE_BASE
 from bakery.stages.atlas import make_atlas
 from bakery.stages.texture import calm
-from bakery.stages.texture.rejoin import rejoined
+from bakery.stages.texture.rejoin import BELOW, rejoined
 
 SKIN = np.array([0.45, 0.28, 0.22], np.float32)
 RADIUS = 8.0  # mm, of a patch beside the mouth
@@ -92,3 +92,14 @@ def test_smooth_skin_beside_a_patch_gets_no_grain(head, face):
     smooth = (~left[:, 0]) & (away > 3 * RADIUS)
     assert smooth.sum() > 5000
     assert_allclose(out[smooth], made[smooth], rtol=1e-4)
+
+
+def test_bags_under_the_eyes_stay(head, face):
+    """Whatever was done to them: they are the person's own."""
+    on_skin, seen, cheeks, _ = face
+    level = head.landmarks(head.mean)[EYE_CORNERS, 1].mean()
+    high = level - on_skin.at(head.mean)[:, 1] < BELOW[0]
+    made = np.where(high[:, None], SKIN * np.float32(1.3), seen)
+    assert (high & on_cheeks(cheeks, on_skin)).sum() > 500
+    out = rejoined(made, seen, cheeks, head, on_skin, 1.0)
+    assert_allclose(np.log(out[high]).mean(0), np.log(made[high]).mean(0), atol=1e-3)

@@ -40,7 +40,7 @@ PIT, PIT_SOFT, DEEPEST, PIT_LEFT = 3.0, 0.2, 3.0, 0.4
 # The nose's edge, from below its wing to beside its bridge, the subject's right and left: mm from it over
 # which folds are left, are filled; half the width of the widest, the blur, and what of any stays, which is a wing's own crease.
 EDGES = np.array([[98, 129, 49, 47], [327, 358, 279, 277]])
-AT_EDGE, WING, WING_SOFT, WING_LEFT = (5.5, 2.5), 4.0, 0.3, 0.12
+AT_EDGE, WING, WING_SOFT, WING_LEFT = (5.5, 2.5), 4.0, 0.3, 0.2
 DARK = 2e-3  # linear
 
 

@@ -12,6 +12,7 @@ References:
 import cv2
 import numpy as np
 
+from bakery import landmarks as marks
 from bakery.geometry.color import LUMA
 from bakery.geometry.fill import diffuse, normalized_blur, smoothstep
 from bakery.geometry.masks import disk
@@ -23,8 +24,13 @@ from bakery.stages.texture.grain import own_grain
 CHANGED = (0.06, 0.2)  # log of a change, over SOFT, that leaves the tone as it is, that does not
 SOFT, RIM = 1.0, 1.0  # mm, of the blur, and how far around it the tone is not believed
 PLAIN = 0.5  # of the cheeks' weight, from which skin tells the tone beside it
-TONE = 1.4  # mm, standard deviation of the blur above which it is tone, below it grain
+TONE = 1.4  # mm, standard deviation of the blur above which it is tone
 EVEN = 2.0  # mm, of the blur of the membrane, which has ridges
+GRAIN = 1.0  # mm, of the blur below which it is grain
+BELOW = (
+    12.0,
+    22.0,
+)  # mm below the corners of the eyes, down to which all stays: bags and lines are a person's own
 FAINTEST = 1e-8  # variance of grain below which it is none
 AMONG = 2.5  # mm, of the blur over which grain has its strength
 
@@ -56,17 +62,20 @@ def rejoined(
         return made
     tone = normalized_blur(now, sure, TONE / cheeks.texel) * (sure > 0)[..., None]
     membrane = _blur(diffuse(tone, sure), EVEN, cheeks)
-    patch = weight * changed
-    new = now + patch[..., None] * (membrane - now)
+    level = head.landmarks(head.mean)[marks.EYE_CORNERS, 1].mean()
+    lower = smoothstep(*BELOW, level - on_skin.at(head.mean)[:, 1]).astype(np.float32)
+    lower = on_skin.paint(lower)[cheeks.window]
+    new = now + (weight * changed * lower)[..., None] * (membrane - now)
     trusted = np.zeros((on_skin.size, on_skin.size), np.float32)
     trusted[cheeks.window] = sure
     on_cheeks = on_skin.some(_rows(cheeks.weight > 0, cheeks, on_skin) > 0)
     grain = own_grain(on_skin.paint(made), trusted, head.mean, on_cheeks)
     if grain is not None:
         grain = _fine(grain[cheeks.window], cheeks)
-        lack = _lack(new, now, patch, sure, cheeks)
+        lack = _lack(new, now, changed * lower, sure, cheeks)
         usual = np.median(_energy(grain, cheeks)[weight > PLAIN])
-        new += (weight * np.sqrt(lack / max(usual, FAINTEST)))[..., None] * grain
+        gain = smoothstep(0, PLAIN, weight) * np.sqrt(lack / max(usual, FAINTEST))
+        new += gain.astype(np.float32)[..., None] * grain
     return made * np.exp(share * _rows(new - now, cheeks, on_skin))
 
 
@@ -82,7 +91,7 @@ def _lack(new, now, patch, sure, cheeks):
 
 
 def _fine(log, cheeks):
-    return log - _blur(log, TONE, cheeks)
+    return log - _blur(log, GRAIN, cheeks)
 
 
 def _energy(fine, cheeks):
