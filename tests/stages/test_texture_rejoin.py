@@ -29,9 +29,7 @@ def face(head):
 
 
 def on_cheeks(cheeks, on_skin):
-    weight = np.zeros((on_skin.size, on_skin.size), np.float32)
-    weight[cheeks.window] = cheeks.weight * (1 - cheeks.beard)
-    return weight.reshape(-1)[on_skin.index] > 0.95
+    return cheeks.rows(cheeks.weight * (1 - cheeks.beard), on_skin) > 0.95
 
 
 def grain_of(colors, rows):

@@ -85,8 +85,13 @@ class Cheeks:
 
     def log(self, colors: np.ndarray, on_skin: Atlas) -> np.ndarray:
         """Logarithm [h, w, 3] of linear colours [N, 3]."""
-        picture = on_skin.paint(colors.astype(np.float32))[self.window]
-        return np.log(np.maximum(picture, DARK))
+        return _log(colors, on_skin, self.window)
+
+    def rows(self, picture: np.ndarray, on_skin: Atlas) -> np.ndarray:
+        """Values [h, w, ...] in the window at all texels [N, ...], 0 elsewhere."""
+        whole = np.zeros((on_skin.size, on_skin.size, *picture.shape[2:]), np.float32)
+        whole[self.window] = picture
+        return whole.reshape(-1, *picture.shape[2:])[on_skin.index]
 
 
 def cheeks_of(colors: np.ndarray, plain: np.ndarray, head: HeadModel, on_skin: Atlas) -> Cheeks:
@@ -98,7 +103,7 @@ def cheeks_of(colors: np.ndarray, plain: np.ndarray, head: HeadModel, on_skin: A
     """
     weight, texel = _cheeks(head, on_skin)
     window = around(weight > 0, 0)
-    log = np.log(np.maximum(on_skin.paint(colors.astype(np.float32))[window], DARK))
+    log = _log(colors, on_skin, window)
     beard, shaven = _beard(head, on_skin, log, weight, window, texel)
     return Cheeks(window, (weight * on_skin.paint(plain))[window], beard, shaven, texel)
 
@@ -119,7 +124,7 @@ def calmed(
     """
     if not share:
         return colors
-    window, beard, texel = cheeks.window, cheeks.beard, cheeks.texel
+    beard, texel = cheeks.beard, cheeks.texel
     log, whole = cheeks.log(colors, on_skin), share * cheeks.weight
     weight = whole * (1 - beard)
     change, fine, known = np.zeros_like(log), log, (weight > 0).astype(np.float32)
@@ -131,19 +136,14 @@ def calmed(
             gain = np.minimum(1, limit / np.sqrt(np.maximum(square, 1e-10)))
             change += part * (gain - 1)[..., None]
         fine = coarse
-    factor = np.ones(on_skin.size * on_skin.size * 3, np.float32).reshape(on_skin.size, -1, 3)
-    factor[window] = np.exp(change * weight[..., None])
-    made = colors * factor.reshape(-1, 3)[on_skin.index]
-
-    def at(part):
-        """Values in the window as values of all texels [N], 0 outside."""
-        grid = np.zeros((on_skin.size, on_skin.size), np.float32)
-        grid[window] = part
-        return grid.reshape(-1)[on_skin.index]
-
-    made = _without_hollows(made, at(weight), head, on_skin, texel)
-    made = _without_creases(made, at(whole * beard), head, on_skin, texel)
+    made = colors * np.exp(cheeks.rows(change * weight[..., None], on_skin))
+    made = _without_hollows(made, cheeks.rows(weight, on_skin), head, on_skin, texel)
+    made = _without_creases(made, cheeks.rows(whole * beard, on_skin), head, on_skin, texel)
     return _without_shade(made, plain, head, on_skin, share * cheeks.shaven, texel)
+
+
+def _log(colors, on_skin, window):
+    return np.log(np.maximum(on_skin.paint(colors.astype(np.float32))[window], DARK))
 
 
 def _without_hollows(colors, share, head, on_skin, texel):

@@ -163,9 +163,10 @@ def prepare(
         made = filled(made, head, on_skin, share)
         made = even_wings(made, head, on_skin, share)
         plain = view.partial.plain.reshape(-1)[on_skin.index]
-        cheeks = cheeks_of(made, plain, head, on_skin)
-        made = calmed(made, plain, cheeks, head, on_skin, share)
-        made = rejoined(made, seen, cheeks, head, on_skin, share)
+        if share:
+            cheeks = cheeks_of(made, plain, head, on_skin)
+            made = calmed(made, plain, cheeks, head, on_skin, share)
+            made = rejoined(made, seen, cheeks, head, on_skin, share)
         made = closed_lips(made, facing, head, neutral, on_skin, landmarks.points)
         made = even_corners(made, head, on_skin, share)
         texture[on_skin.index] = made

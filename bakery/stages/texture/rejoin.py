@@ -30,7 +30,7 @@ GRAIN = 1.0  # mm, of the blur below which it is grain
 BELOW = (
     12.0,
     22.0,
-)  # mm below the corners of the eyes, down to which all stays: bags and lines are a person's own
+)  # mm below the eyes' corners: down to there bags and lines are the person's own
 FAINTEST = 1e-8  # variance of grain below which it is none
 AMONG = 2.5  # mm, of the blur over which grain has its strength
 
@@ -68,7 +68,7 @@ def rejoined(
     new = now + (weight * changed * lower)[..., None] * (membrane - now)
     trusted = np.zeros((on_skin.size, on_skin.size), np.float32)
     trusted[cheeks.window] = sure
-    on_cheeks = on_skin.some(_rows(cheeks.weight > 0, cheeks, on_skin) > 0)
+    on_cheeks = on_skin.some(cheeks.rows(cheeks.weight, on_skin) > 0)
     grain = own_grain(on_skin.paint(made), trusted, head.mean, on_cheeks)
     if grain is not None:
         grain = _fine(grain[cheeks.window], cheeks)
@@ -76,7 +76,7 @@ def rejoined(
         usual = np.median(_energy(grain, cheeks)[weight > PLAIN])
         gain = smoothstep(0, PLAIN, weight) * np.sqrt(lack / max(usual, FAINTEST))
         new += gain.astype(np.float32)[..., None] * grain
-    return made * np.exp(share * _rows(new - now, cheeks, on_skin))
+    return made * np.exp(share * cheeks.rows(new - now, on_skin))
 
 
 def _lack(new, now, patch, sure, cheeks):
@@ -103,10 +103,3 @@ def _blur(picture, width, cheeks):
     """A blur of the cheeks alone, by mm."""
     known = (cheeks.weight > 0).astype(np.float32)
     return normalized_blur(picture, known, width / cheeks.texel)
-
-
-def _rows(picture, cheeks, on_skin):
-    """Values [h, w, ...] in the cheeks' window at all texels [N, ...], 0 elsewhere."""
-    whole = np.zeros((on_skin.size, on_skin.size, *picture.shape[2:]), np.float32)
-    whole[cheeks.window] = picture
-    return whole.reshape(-1, *picture.shape[2:])[on_skin.index]
