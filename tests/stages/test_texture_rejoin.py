@@ -28,6 +28,11 @@ def face(head):
     return on_skin, seen, cheeks, away
 
 
+def patched(seen, away):
+    """Skin with a flat, bright patch."""
+    return np.where((away < RADIUS)[:, None], SKIN * np.float32(1.3), seen)
+
+
 def on_cheeks(cheeks, on_skin):
     return cheeks.rows(cheeks.weight * (1 - cheeks.beard), on_skin) > 0.95
 
@@ -38,7 +43,7 @@ def grain_of(colors, rows):
 
 def test_a_flat_patch_is_like_the_skin_around(head, face):
     on_skin, seen, cheeks, away = face
-    made = np.where((away < RADIUS)[:, None], SKIN * np.float32(1.3), seen)
+    made = patched(seen, away)
     out = rejoined(made, seen, cheeks, head, on_skin, 1.0)
     plain = on_cheeks(cheeks, on_skin)
     core, around = plain & (away < RADIUS), plain & (away > RADIUS + 4) & (away < RADIUS + 7)
@@ -53,7 +58,7 @@ def test_a_flat_patch_is_like_the_skin_around(head, face):
 
 def test_half_a_smile_is_rejoined_by_half(head, face):
     on_skin, seen, cheeks, away = face
-    made = np.where((away < RADIUS)[:, None], SKIN * np.float32(1.3), seen)
+    made = patched(seen, away)
     half, whole = (np.log(rejoined(made, seen, cheeks, head, on_skin, share)) for share in (0.5, 1))
     assert_allclose(half, (np.log(made) + whole) / 2, atol=1e-5)
 
@@ -66,7 +71,7 @@ def test_what_was_not_changed_stays(head, face):
 
 def test_a_beard_stays(head, face):
     on_skin, seen, cheeks, away = face
-    made = np.where((away < RADIUS)[:, None], SKIN * np.float32(1.3), seen)
+    made = patched(seen, away)
     bearded = calm.Cheeks(
         cheeks.window, cheeks.weight, np.ones_like(cheeks.weight), 0.0, cheeks.texel
     )

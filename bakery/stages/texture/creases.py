@@ -102,8 +102,8 @@ def even_wings(colors: np.ndarray, head: HeadModel, on_skin: Atlas, share: float
         return colors
     points = head.landmarks(head.mean)
     rows, places, texel = _around(head, on_skin, points[EDGES.ravel()], AT_EDGE[0])
-    away = [np.linalg.norm(places - nearest_on(places, points[edge])[0], axis=1) for edge in EDGES]
-    where = rows, smoothstep(*AT_EDGE, np.minimum(*away)), texel
+    away = np.minimum(*(_distance(places, points[edge]) for edge in EDGES))
+    where = rows, smoothstep(*AT_EDGE, away), texel
     return levelled(colors, on_skin, where, share, WING, DEEPEST, WING_SOFT, WING_LEFT)
 
 
@@ -163,17 +163,13 @@ def _beside(head, on_skin):
     """Texels that the lines may cross: their rows [n], how much they count [n], and mm a texel."""
     points = head.landmarks(head.mean)
     rows, places, texel = _around(head, on_skin, points[LINES.ravel()], BESIDE[0])
-
-    def distance(line):
-        return np.linalg.norm(places - nearest_on(places, line)[0], axis=1)
-
-    lips = points[np.append(marks.LIPS_OUTER, marks.LIPS_OUTER[0])]
+    off_lips = _distance(places, points[np.append(marks.LIPS_OUTER, marks.LIPS_OUTER[0])])
     wings = np.linalg.norm(places[:, None] - points[WINGS], axis=2).min(1)
-    weight = smoothstep(*BESIDE, np.minimum(*(distance(points[line]) for line in LINES)))
-    weight = weight * smoothstep(*OFF_LIPS, distance(lips)) * smoothstep(*OFF_NOSE, wings)
+    weight = smoothstep(*BESIDE, np.minimum(*(_distance(places, points[line]) for line in LINES)))
+    weight = weight * smoothstep(*OFF_LIPS, off_lips) * smoothstep(*OFF_NOSE, wings)
     # The fold that a smile cuts at the corner points down once the corner does.
     mouth = uv_polygon(head, marks.LIPS_OUTER, 1.0, on_skin.size).reshape(-1)[on_skin.index[rows]]
-    folds = _at_corner(places, points) * smoothstep(*OFF_CORNER, distance(lips))
+    folds = _at_corner(places, points) * smoothstep(*OFF_CORNER, off_lips)
     weight = np.maximum(weight, folds * (1 - mouth))
     kept = weight > 0
     return rows[kept], weight[kept], texel
@@ -186,6 +182,11 @@ def _corners(head, on_skin):
     weight = _at_corner(places, points)
     kept = weight > 0
     return rows[kept], weight[kept], texel
+
+
+def _distance(places, line):
+    """mm [n] from places [n, 3] to a line through points [m, 3]."""
+    return np.linalg.norm(places - nearest_on(places, line)[0], axis=1)
 
 
 def _at_corner(places, points):

@@ -27,10 +27,8 @@ PLAIN = 0.5  # of the cheeks' weight, from which skin tells the tone beside it
 TONE = 1.4  # mm, standard deviation of the blur above which it is tone
 EVEN = 2.0  # mm, of the blur of the membrane, which has ridges
 GRAIN = 1.0  # mm, of the blur below which it is grain
-BELOW = (
-    12.0,
-    22.0,
-)  # mm below the eyes' corners: down to there bags and lines are the person's own
+# mm below the eyes' corners, over which it begins: bags and lines are the person's own.
+BELOW = (12.0, 22.0)
 FAINTEST = 1e-8  # variance of grain below which it is none
 AMONG = 2.5  # mm, of the blur over which grain has its strength
 
